@@ -1,0 +1,32 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "fem/scene.hpp"
+#include "ident/comparison.hpp"
+#include "ident/mode.hpp"
+#include "ident/parameter_identification.hpp"
+#include "ident/transfer_function.hpp"
+
+namespace struna::apps {
+
+/// Everything the report shows; nothing is computed in it but what drawing needs.
+struct ReportContent {
+  std::string title;
+  std::string command;                      ///< how to reproduce it
+  std::vector<std::string> warnings;
+  std::vector<std::pair<std::string, std::string>> settings;  ///< name, value: estimator, resolution, averages, …
+  ident::TransferFunction measured;
+  ident::TransferFunction predicted;          ///< structural damping
+  ident::TransferFunction predicted_viscous;
+  ident::ModeSet modes;
+  ident::IdentifiedParameters identified;
+  ident::Comparison comparison;               ///< against structural
+  ident::Comparison comparison_viscous;
+};
+
+/// One self-contained HTML page (chart library embedded) that opens offline.
+std::string render_report(const ReportContent& content);
+
+}  // namespace struna::apps

@@ -1,0 +1,1 @@
+#include "apps/scene_file.hpp"

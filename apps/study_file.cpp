@@ -1,0 +1,1 @@
+#include "apps/study_file.hpp"

@@ -1,0 +1,1 @@
+#include "apps/toml_table.hpp"

@@ -1,0 +1,1 @@
+#include "fem/band_matrix.hpp"

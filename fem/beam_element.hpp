@@ -1,0 +1,26 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "fem/body.hpp"
+
+namespace struna::fem {
+
+using Matrix12 = Eigen::Matrix<double, 12, 12>;
+
+/// Element matrices in global axes, dof order u v w rx ry rz at the first, then at the second node.
+/// Stiffness for unit Young's modulus (G = 1/2(1+nu)); consistent mass.
+struct ElementMatrices {
+  Matrix12 stiffness;
+  Matrix12 mass;
+};
+
+/// Curved Euler-Bernoulli beam element over arc length [s0, s1] of the body's centreline.
+///
+/// Its shape functions are the exact static ones of the curved element: the end flexibility is the integral of
+/// the section compliance times the equilibrium section forces, k follows from its inverse and rigid motion, the
+/// mass is consistent with the displacements that go with unit end motions. On a straight element this gives the Hermite
+/// matrices (1)-(2) to rounding; on a curve there is neither geometric error nor membrane locking.
+ElementMatrices beam_element(const Body& body, double s0, double s1);
+
+}  // namespace struna::fem

@@ -1,0 +1,1 @@
+#include "fem/closed_forms.hpp"

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "fem/model.hpp"
+
+namespace struna::fem {
+
+/// K1 phi = lambda M phi over the free dof, ascending: lambda = omega^2/E [1/(Pa s^2)]; shapes mass-normalised, rows over
+/// all dof (zero at held ones).
+struct Eigenmodes {
+  Eigen::VectorXd eigenvalue;
+  Eigen::MatrixXd shape;  ///< dof x modes
+};
+
+/// The lowest `count` modes (all of them when 0 or too many).
+Eigenmodes solve_eigenmodes(const Model& model, int count = 0);
+
+/// f with (2 pi f)^2 = E(f) lambda [Hz]: fixed point, unique while E rises slower than f^2.
+double natural_frequency_hz(double eigenvalue, const FrequencyLaw& youngs_modulus);
+
+/// E = (2 pi f)^2/lambda [Pa]: the modulus that puts a mode at f.
+double modulus_from_frequency(double f_hz, double eigenvalue);
+
+}  // namespace struna::fem

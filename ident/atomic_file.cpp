@@ -1,0 +1,1 @@
+#include "ident/atomic_file.hpp"

@@ -1,0 +1,1 @@
+#include "ident/circle_fit.hpp"

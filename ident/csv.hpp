@@ -1,0 +1,39 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "ident/units.hpp"
+
+namespace struna::ident {
+
+/// Rows of a CSV file, streamed line by line (fast-cpp-csv-parser underneath). Every row must have as many fields as the
+/// header; blank lines at the end are passed over. Faults are Errors with file and line.
+class CsvReader {
+ public:
+  explicit CsvReader(const std::string& file);
+  ~CsvReader();
+  CsvReader(CsvReader&&) noexcept;
+
+  const std::string& file() const;
+  const std::vector<ColumnHeader>& header() const;
+  /// Index of the column `name`, or -1.
+  int find(const std::string& name) const;
+  /// The same; throws Error that tells the columns there are.
+  int column(const std::string& name) const;
+
+  /// The next row's fields, valid until the next call; false at the end.
+  bool next(std::vector<std::string_view>& fields);
+  /// Number of the row's line in the file, from 1.
+  long line() const;
+  /// A field as a finite number; Error with file, line and column name for text, an empty field, NaN, infinity.
+  double number(const std::vector<std::string_view>& fields, int column) const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace struna::ident

@@ -1,0 +1,1 @@
+#include "ident/half_power.hpp"

@@ -1,0 +1,1 @@
+#include "ident/law_fit.hpp"

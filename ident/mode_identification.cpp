@@ -1,0 +1,1 @@
+#include "ident/mode_identification.hpp"

@@ -1,0 +1,1 @@
+#include "ident/multi_mode.hpp"

@@ -1,0 +1,1 @@
+#include "ident/parameter_file.hpp"

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "fem/harmonic.hpp"
+#include "ident/law_fit.hpp"
+#include "ident/mode.hpp"
+#include "ident/pairing.hpp"
+#include "ident/rayleigh_fit.hpp"
+
+namespace struna::ident {
+
+struct FitOptions {
+  std::string modulus_law;      ///< "", "constant", "power", "fractional_zener", "monotone_spline": "" lets AICc choose
+  std::string loss_factor_law;
+  double band_lo_hz = 0.0;
+  double band_hi_hz = 0.0;
+  PairingOptions pairing;
+};
+
+/// A quantity at the trusted modes, and its laws, best first.
+struct IdentifiedCurve {
+  Eigen::VectorXd frequency_hz;
+  Eigen::VectorXd value;
+  Eigen::VectorXd sigma;
+  std::vector<LawFit> laws;  ///< laws.front() is the one that predictions use
+};
+
+struct LeftOut {
+  double frequency_hz = 0.0;
+  std::string reason;
+};
+
+/// Where a result comes from.
+struct Provenance {
+  std::string program_version;
+  std::string date;  ///< ISO 8601, UTC
+  std::vector<std::pair<std::string, std::string>> inputs;  ///< file name, SHA-256
+  double band_lo_hz = 0.0;
+  double band_hi_hz = 0.0;
+};
+
+struct IdentifiedParameters {
+  std::string body;
+  RayleighFit rayleigh;
+  IdentifiedCurve modulus;      ///< [Pa]
+  IdentifiedCurve loss_factor;  ///< [-], freed of the rising modulus' bias
+  Eigen::VectorXd kramers_kronig_loss_factor;  ///< (pi/2) d ln E/d ln f at the same frequencies, for information
+  std::vector<LeftOut> rejected;
+  Pairing pairing;
+  Provenance provenance;
+};
+
+/// Modes -> Rayleigh coefficients, E(f), eta(f) of the model's body. The loss factor of each mode is read as eta/(1 - n/2) by
+/// every fit when E ~ f^n: it is multiplied by (1 - n/2) with n from the fitted modulus law (physics §3).
+IdentifiedParameters identify_parameters(const ModeSet& measured, const fem::Model& model, const fem::Drive& drive,
+                                         const fem::Measurement& measurement, const FitOptions& options = {});
+
+/// The body's material with what was identified in place of what was known.
+fem::Material apply(const IdentifiedParameters& identified, fem::Material material);
+
+}  // namespace struna::ident

@@ -1,0 +1,1 @@
+#include "ident/rayleigh_fit.hpp"

@@ -1,0 +1,1 @@
+#include "ident/spectra.hpp"

@@ -1,0 +1,1 @@
+#include "ident/transfer_function.hpp"
