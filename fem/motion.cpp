@@ -1,0 +1,1 @@
+#include "fem/motion.hpp"

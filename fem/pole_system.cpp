@@ -1,0 +1,1 @@
+#include "fem/pole_system.hpp"
