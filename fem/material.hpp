@@ -10,10 +10,11 @@ namespace struna::fem {
 /// kind             parameters                     value at f [Hz]
 /// constant         {c}                            c
 /// power            {c, n, f0}                     c (f/f0)^n
-/// fractional_zener {c0, ratio, f_relax, alpha}    c0 Re[(1 + ratio z)/(1 + z)], z = (i f/f_relax)^alpha  (Pritz,
-///                                                 J. Sound Vib. 195 (1996) 103, eq. 4; ratio = E_inf/E_0)
+/// fractional_zener {c0, ratio, f_relax, order}    c0 Re[(1 + ratio z)/(1 + z)], z = (i f/f_relax)^order  (Pritz,
+///                                                 J. Sound Vib. 195 (1996) 103, eq. 4; ratio = E_inf/E_0):
+///                                                 from c0 up (ratio > 1) or down to ratio c0; 0 < order <= 1
 /// monotone_spline  frequency, value (knots)       monotone piecewise cubic in ln f (Fritsch & Carlson 1980);
-///                                                 beyond the knots the end value
+///                                                 beyond the knots the end value; 2 or more knots
 /// table            frequency, value               linear between entries in f; beyond them the end value
 struct FrequencyLaw {
   enum class Kind { constant, power, fractional_zener, monotone_spline, table };
@@ -27,7 +28,8 @@ struct FrequencyLaw {
 
   /// Value at f > 0 [Hz].
   double at(double f_hz) const;
-  /// d ln(value) / d ln f at f [-].
+  /// d ln(value) / d ln f at f [-], analytic. At a kink (a table's entry, the end knots) the slope of one side; 0
+  /// where the value is 0 throughout.
   double log_slope(double f_hz) const;
   /// Whether f lies outside the range of the data behind the law.
   bool extrapolates_at(double f_hz) const;
