@@ -1,1 +1,86 @@
 #include "fem/scene.hpp"
+
+#include <algorithm>
+
+#include "fem/error.hpp"
+
+namespace struna::fem {
+namespace {
+
+const std::string& body_of(const std::variant<Support, BodyPoint>& at) {
+  return std::visit([](const auto& place) -> const std::string& { return place.body; }, at);
+}
+
+/// The ends of `body` among the driven supports, without repetition.
+std::vector<End> driven_ends(const SceneDrive& drive, const std::string& body) {
+  std::vector<Support> supports = drive.also;
+  if (const auto* first = std::get_if<Support>(&drive.at)) supports.insert(supports.begin(), *first);
+  std::vector<End> ends;
+  for (const auto& support : supports) {
+    const bool known = std::find(ends.begin(), ends.end(), support.end) != ends.end();
+    if (support.body == body && !known) ends.push_back(support.end);
+  }
+  return ends;
+}
+
+Drive drive_of(const SceneDrive& drive, const std::string& body) {
+  if (const auto* point = std::get_if<BodyPoint>(&drive.at)) {
+    if (point->body == body) return PointForce{point->fraction, drive.direction};
+  } else if (auto ends = driven_ends(drive, body); !ends.empty()) {
+    return SupportMotion{std::move(ends), drive.direction};
+  }
+  throw Error("linear_path: the measured body '" + body + "' must be driven too, but the drive is on '" +
+              body_of(drive.at) + "'; only contact could carry the motion across");
+}
+
+Measurement measurement_of(const SceneMeasurement& measurement) {
+  if (const auto* support = std::get_if<Support>(&measurement.at)) {
+    return {SupportForce{support->end}, measurement.directions};
+  }
+  return {PointDisplacement{std::get<BodyPoint>(measurement.at).fraction}, measurement.directions};
+}
+
+std::string listed(const std::vector<std::string>& words) {
+  std::string text;
+  for (const auto& word : words) text += (text.empty() ? "" : ", ") + word;
+  return text.empty() ? "none" : text;
+}
+
+}  // namespace
+
+const Body& body_named(const Scene& scene, const std::string& name) {
+  const auto found = std::find_if(scene.bodies.begin(), scene.bodies.end(),
+                                  [&](const Body& body) { return body.name == name; });
+  if (found != scene.bodies.end()) return *found;
+  std::vector<std::string> names;
+  for (const auto& body : scene.bodies) names.push_back(body.name);
+  throw Error("no body is named '" + name + "'; there is: " + listed(names));
+}
+
+LinearPath linear_path(const Scene& scene) {
+  if (!scene.drive) throw Error("linear_path: the scene needs a [drive], which tells what is shaken");
+  if (!scene.measurement) throw Error("linear_path: the scene needs a [measure], which tells what is read");
+  const Body& body = body_named(scene, body_of(scene.measurement->at));
+  return {body, drive_of(*scene.drive, body.name), measurement_of(*scene.measurement)};
+}
+
+void select_outputs(Scene& scene, const std::vector<std::string>& names) {
+  if (!scene.measurement) throw Error("the scene needs a [measure] that tells what the outputs are");
+  SceneMeasurement selected = *scene.measurement;
+  selected.names.clear();
+  selected.directions.clear();
+  const auto& known = scene.measurement->names;
+  for (const auto& name : names) {
+    const auto found = std::find(known.begin(), known.end(), name);
+    if (found == known.end()) {
+      throw Error("output '" + name +
+                  "' is not one that the scene's [measure] reads; it reads: " + listed(known));
+    }
+    selected.names.push_back(name);
+    selected.directions.push_back(
+        scene.measurement->directions[static_cast<std::size_t>(found - known.begin())]);
+  }
+  scene.measurement = std::move(selected);
+}
+
+}  // namespace struna::fem

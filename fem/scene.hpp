@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <optional>
 #include <string>
+#include <variant>
 #include <vector>
 
 #include "fem/body.hpp"
@@ -26,13 +27,13 @@ enum class MotionQuantity { displacement, velocity, acceleration };
 struct SceneDrive {
   std::variant<Support, BodyPoint> at;  ///< a support's motion, or a force at a point
   Eigen::Vector3d direction = Eigen::Vector3d::UnitY();
-  std::vector<Support> also;            ///< further supports that move with it
+  std::vector<Support> also;  ///< further supports that move with it
 };
 
 struct SceneMeasurement {
-  std::variant<Support, BodyPoint> at;  ///< force at a support, or motion at a point
+  std::variant<Support, BodyPoint> at;                     ///< force at a support, or motion at a point
   MotionQuantity quantity = MotionQuantity::displacement;  ///< of a point
-  std::vector<std::string> names;       ///< of the outputs: "force_x", …, or "displacement_x", …
+  std::vector<std::string> names;  ///< of the outputs: "force_x", …, or "displacement_x", …
   std::vector<Eigen::Vector3d> directions;
 };
 
@@ -56,7 +57,7 @@ struct Excitation {
   double acceleration = 0.0;      ///< amplitude, chirp and sine [m/s^2]
   double rms_acceleration = 0.0;  ///< random and multisine [m/s^2]
   unsigned seed = 1;
-  std::string file;               ///< record
+  std::string file;  ///< record
   std::string column;
 };
 
@@ -67,7 +68,7 @@ struct Simulation {
   Excitation excitation;
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  ///< [m/s^2]
   double tolerance = 1e-3;
-  double step = 0.0;        ///< [s]; 0: from the tolerance
+  double step = 0.0;  ///< [s]; 0: from the tolerance
   int contact_substeps = 5;
   IntegrationMethod method = IntegrationMethod::modal;
   double sample_rate = 10000.0;  ///< [Hz] of the records written
@@ -85,13 +86,18 @@ struct Scene {
 /// The body of that name; throws Error that tells the bodies there are.
 const Body& body_named(const Scene& scene, const std::string& name);
 
-/// The body that is both driven and measured, with drive and measurement in its own terms. Without contact, a scene's linear
-/// response is this body's alone. Throws Error when drive and measurement are on different bodies.
+/// The body that is both driven and measured, with drive and measurement in its own terms. Without contact, a
+/// scene's linear response is this body's alone. Throws Error when drive and measurement are on different
+/// bodies.
 struct LinearPath {
   Body body;
   Drive drive;
   Measurement measurement;
 };
 LinearPath linear_path(const Scene& scene);
+
+/// Keeps of the scene's measured outputs those named, in this order (that of a measured transfer function).
+/// Throws Error that tells the outputs there are when one is not among them.
+void select_outputs(Scene& scene, const std::vector<std::string>& names);
 
 }  // namespace struna::fem
