@@ -3,9 +3,9 @@
 #include <toml++/toml.h>
 
 #include <Eigen/Core>
-#include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "fem/error.hpp"
@@ -15,15 +15,23 @@ namespace struna::apps {
 /// Parses a TOML file; a syntax error becomes an Error with file and line.
 toml::table parse_toml(const std::string& file);
 
-/// A table read key by key. Typed getters throw Error with file and line; finish() refuses keys that nobody asked for
-/// (with the nearest known one as a hint).
+/// The one of `words` that `word` is probably a misspelling of; "" when none is near (Levenshtein distance).
+std::string nearest_word(const std::string& word, const std::vector<std::string>& words);
+
+/// A table read key by key. Typed getters throw Error with file and line; finish() refuses keys that nobody
+/// asked for (with the nearest known one as a hint). Numbers are finite, integers serve as numbers. Refers to
+/// the toml::table, which must outlive it.
 class TomlTable {
  public:
-  TomlTable(const toml::table& table, std::string file, std::string path);
+  TomlTable(const toml::table& table, std::string file, std::string path = "");
 
   bool has(const std::string& key) const;
   double number(const std::string& key);
   double number(const std::string& key, double fallback);
+  double positive(const std::string& key);  ///< > 0
+  double positive(const std::string& key, double fallback);
+  double not_negative(const std::string& key);  ///< >= 0
+  double not_negative(const std::string& key, double fallback);
   std::string text(const std::string& key);
   std::string text(const std::string& key, const std::string& fallback);
   int integer(const std::string& key, int fallback);
@@ -34,17 +42,52 @@ class TomlTable {
   std::vector<Eigen::Vector3d> vectors3(const std::string& key);
   TomlTable table(const std::string& key);
   std::vector<TomlTable> tables(const std::string& key);
-  const toml::node* node(const std::string& key);  ///< for keys of several types; marks the key as known
+
+  /// The value that stands for a word, out of {word, value} pairs.
+  template <class Value>
+  Value choice(const std::string& key, const std::vector<std::pair<std::string, Value>>& values);
+  template <class Value>
+  Value choice(const std::string& key, const std::vector<std::pair<std::string, Value>>& values,
+               Value fallback) {
+    known_.insert(key);
+    return has(key) ? choice(key, values) : fallback;
+  }
+
+  const toml::node* node(
+      const std::string& key);  ///< for keys of several types; marks the key as known, may be null
+  const toml::node& required(const std::string& key);  ///< the same; throws Error when it is missing
+  /// Three numbers out of a node that belongs to `key`.
+  Eigen::Vector3d vector3(const std::string& key, const toml::node& node) const;
+
+  /// The keys that the table has, in no particular order.
+  std::vector<std::string> keys() const;
   void finish() const;
 
-  /// An Error at the key's line.
+  /// "FILE:LINE: PATH.KEY MESSAGE", at the key's line (at the table's when it has no such key).
   Error error(const std::string& key, const std::string& message) const;
+  /// The same at the line of a node inside the key's value.
+  Error error(const std::string& key, const toml::node& at, const std::string& message) const;
+  /// An Error about the table as a whole: "FILE:LINE: PATH: MESSAGE".
+  Error error(const std::string& message) const;
+  const std::string& file() const { return file_; }
 
  private:
+  const toml::array& array(const std::string& key, const std::string& of);
+  std::size_t index_of_word(const std::string& key, const std::vector<std::string>& words);
+  std::string name(const std::string& key) const;
+  long line() const;
+
   const toml::table* table_;
   std::string file_;
   std::string path_;
   std::set<std::string> known_;
 };
+
+template <class Value>
+Value TomlTable::choice(const std::string& key, const std::vector<std::pair<std::string, Value>>& values) {
+  std::vector<std::string> words;
+  for (const auto& pair : values) words.push_back(pair.first);
+  return values[index_of_word(key, words)].second;
+}
 
 }  // namespace struna::apps
