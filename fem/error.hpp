@@ -15,7 +15,8 @@ class Error : public std::runtime_error {
   /// "FILE:LINE: MESSAGE", the form in which the command line reports a fault in a file. Lines count from 1;
   /// line 0 stands for the file as a whole and is left out.
   Error(const std::string& file, long line, const std::string& message)
-      : std::runtime_error(file + (line > 0 ? ":" + std::to_string(line) : "") + ": " + message) {}
+      : std::runtime_error(file + (line > 0 ? std::string(":").append(std::to_string(line)) : "") + ": " +
+                           message) {}
 };
 
 }  // namespace struna
