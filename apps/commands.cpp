@@ -1,7 +1,5 @@
 #include "apps/commands.hpp"
 
-#include <charconv>
-#include <cmath>
 #include <cstdio>
 #include <new>
 
@@ -9,12 +7,6 @@
 
 namespace struna::apps {
 namespace {
-
-/// A finite number that takes the whole text.
-bool read_number(std::string_view text, double& value) {
-  const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
-  return fault == std::errc() && end == text.data() + text.size() && std::isfinite(value);
-}
 
 int fail(int exit_code, const std::string& message) {
   std::fprintf(stderr, "struna: %s\n", one_line(message).c_str());
@@ -49,19 +41,6 @@ void add_commands(CLI::App& app) {
 }
 
 }  // namespace
-
-Band parse_band(const std::string& text) {
-  const std::size_t colon = text.find(':');
-  Band band;
-  const bool numbers = colon != std::string::npos &&
-                       read_number(std::string_view(text).substr(0, colon), band.lo_hz) &&
-                       read_number(std::string_view(text).substr(colon + 1), band.hi_hz);
-  if (!numbers) throw UsageError("a band is LO:HI in Hz, such as 10:1000, got '" + text + "'");
-  if (band.lo_hz < 0.0 || band.lo_hz >= band.hi_hz) {
-    throw UsageError("a band LO:HI needs 0 <= LO < HI, got '" + text + "'");
-  }
-  return band;
-}
 
 int run(int argc, const char* const* argv) {
   CLI::App app("struna: system identification of vibrating wires and slender structures", "struna");

@@ -1,9 +1,8 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <string>
 
-#include "fem/error.hpp"
+#include "apps/usage.hpp"
 
 namespace struna::apps {
 
@@ -15,31 +14,6 @@ void add_predict(CLI::App& app);
 void add_compare(CLI::App& app);
 void add_identify(CLI::App& app);
 void add_eigen(CLI::App& app);
-
-/// Wrong usage of the command line: exit 2, where any other Error (input or data at fault) is exit 1.
-class UsageError : public Error {
- public:
-  using Error::Error;
-};
-
-/// LO:HI as written on the command line [Hz].
-struct Band {
-  double lo_hz = 0.0;
-  double hi_hz = 0.0;
-};
-/// Throws UsageError unless 0 <= LO < HI.
-Band parse_band(const std::string& text);
-
-/// The value of an option by one of the library's word readers (`estimator_kind`, `mode_method` …): the Error
-/// that the reader throws is wrong usage here.
-template <class Reader>
-auto option_value(const std::string& option, const std::string& word, Reader read) {
-  try {
-    return read(word);
-  } catch (const Error& error) {
-    throw UsageError(option + ": " + error.what());
-  }
-}
 
 /// The program: parses the arguments, runs the command, returns the exit code (0, 1 or 2).
 int run(int argc, const char* const* argv);

@@ -1,1 +1,447 @@
 #include "apps/scene_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <set>
+
+#include "apps/toml_table.hpp"
+#include "ident/parameter_file.hpp"
+
+namespace struna::apps {
+namespace {
+
+using Place = std::variant<fem::Support, fem::BodyPoint>;
+
+// --- bodies
+// ---------------------------------------------------------------------------------------------------------
+
+/// A number, or { frequency = [...], value = [...] }.
+fem::FrequencyLaw read_law(TomlTable& material, const std::string& key, bool allow_zero) {
+  if (!material.required(key).is_table()) {
+    return fem::constant_law(allow_zero ? material.not_negative(key) : material.positive(key));
+  }
+  TomlTable entries = material.table(key);
+  fem::FrequencyLaw law;
+  law.kind = fem::FrequencyLaw::Kind::table;
+  law.frequency = entries.numbers("frequency");
+  law.value = entries.numbers("value");
+  entries.finish();
+  try {
+    fem::validate(law, "the table", allow_zero);
+  } catch (const Error& fault) {
+    throw material.error(key, std::string("cannot be used: ") + fault.what());
+  }
+  return law;
+}
+
+fem::Material read_material(TomlTable material, bool acts_in_time) {
+  fem::Material result;
+  if (material.has("youngs_modulus")) result.youngs_modulus = read_law(material, "youngs_modulus", false);
+  if (material.has("loss_factor")) result.loss_factor = read_law(material, "loss_factor", true);
+  const bool has_rayleigh = material.has("rayleigh");
+  if (has_rayleigh) {
+    TomlTable rayleigh = material.table("rayleigh");
+    result.rayleigh.alpha = rayleigh.not_negative("alpha", 0.0);
+    result.rayleigh.beta = rayleigh.not_negative("beta", 0.0);
+    rayleigh.finish();
+  }
+  const bool has_both = has_rayleigh && material.has("loss_factor");
+  if (acts_in_time && has_both && !material.has("damping")) {
+    throw material.error("damping",
+                         "is missing: loss_factor and rayleigh are both given, say which acts in time, "
+                         "\"structural\" or \"viscous\"");
+  }
+  result.damping = material.choice<fem::Damping>(
+      "damping", {{"structural", fem::Damping::structural}, {"viscous", fem::Damping::viscous}},
+      has_rayleigh && !has_both ? fem::Damping::viscous : fem::Damping::structural);
+  material.finish();
+  return result;
+}
+
+/// Exactly one of: diameter; outer_diameter and inner_diameter; area and second_moment.
+fem::Section shape_of_section(TomlTable& body) {
+  const std::array<std::string, 3> ways = {"diameter", "outer_diameter", "area"};
+  std::string chosen;
+  for (const auto& way : ways) {
+    if (!body.has(way)) continue;
+    if (!chosen.empty()) throw body.error(way, "contradicts " + chosen + ": give one of the two");
+    chosen = way;
+  }
+  if (body.has("inner_diameter") && chosen != "outer_diameter") {
+    throw body.error("inner_diameter", chosen.empty() ? "needs outer_diameter beside it"
+                                                      : "contradicts " + chosen +
+                                                            ": a ring is given by "
+                                                            "outer_diameter and inner_diameter");
+  }
+  if (chosen.empty()) {
+    throw body.error(
+        "has no cross-section: give diameter, or outer_diameter and inner_diameter, or area and "
+        "second_moment");
+  }
+  if (chosen == "diameter") return fem::solid_circle(body.positive("diameter"));
+  if (chosen == "outer_diameter") {
+    const double outer = body.positive("outer_diameter");
+    const double inner = body.positive("inner_diameter");
+    if (inner >= outer) {
+      throw body.error("inner_diameter",
+                       fmt::format("must be below outer_diameter = {}, got {}", outer, inner));
+    }
+    return fem::ring(outer, inner);
+  }
+  const double second_moment = body.positive("second_moment");
+  return {body.positive("area"), second_moment, 2.0 * second_moment};
+}
+
+fem::Section read_section(TomlTable& body) {
+  fem::Section section = shape_of_section(body);
+  section.second_moment = body.positive("second_moment", section.second_moment);
+  section.torsion_constant = body.positive("torsion_constant", 2.0 * section.second_moment);
+  return section;
+}
+
+fem::Centreline read_centreline(TomlTable& body) {
+  const auto points = body.vectors3("points");
+  const double length = body.positive("length", 0.0);
+  try {
+    return fem::spline_through(points, length);
+  } catch (const Error& fault) {
+    throw body.error("points", std::string("give no body of positive length: ") + fault.what());
+  }
+}
+
+std::string read_body_name(TomlTable& body, const fem::Scene& scene) {
+  const std::string name = body.text("name");
+  if (name.find_first_of(".@") != std::string::npos) {
+    throw body.error(
+        "name", "must not contain '.' or '@', which stand before an end or a fraction, got '" + name + "'");
+  }
+  for (const auto& other : scene.bodies) {
+    if (other.name == name) throw body.error("name", "'" + name + "' is taken by an earlier body");
+  }
+  return name;
+}
+
+double read_poisson(TomlTable& body) {
+  const double poisson = body.number("poisson", 0.3);
+  if (poisson <= -1.0 || poisson > 0.5) {
+    throw body.error("poisson", fmt::format("must lie above -1 and not above 0.5, got {}", poisson));
+  }
+  return poisson;
+}
+
+int read_elements(TomlTable& body) {
+  const int elements = body.integer("elements", 0);
+  if (body.has("elements") && elements < 1) {
+    throw body.error("elements",
+                     fmt::format("must be at least 1 (or left out, to be chosen), got {}", elements));
+  }
+  return elements;
+}
+
+fem::EndCondition read_end(TomlTable& body, const std::string& key) {
+  return body.choice<fem::EndCondition>(key,
+                                        {{"clamped", fem::EndCondition::clamped},
+                                         {"pinned", fem::EndCondition::pinned},
+                                         {"free", fem::EndCondition::free}},
+                                        fem::EndCondition::clamped);
+}
+
+fem::Body read_body(TomlTable& table, const fem::Scene& scene, bool acts_in_time) {
+  fem::Body body{.name = read_body_name(table, scene),
+                 .centreline = read_centreline(table),
+                 .section = read_section(table),
+                 .density = table.positive("density"),
+                 .poisson = read_poisson(table),
+                 .material = {},
+                 .elements = read_elements(table),
+                 .start = read_end(table, "start"),
+                 .end = read_end(table, "end")};
+  if (table.node("material") != nullptr) body.material = read_material(table.table("material"), acts_in_time);
+  table.finish();
+  return body;
+}
+
+// --- places and directions
+// --------------------------------------------------------------------------------------------
+
+const fem::Body& known_body(const TomlTable& table, const std::string& key, const fem::Scene& scene,
+                            const std::string& name) {
+  try {
+    return fem::body_named(scene, name);
+  } catch (const Error& fault) {
+    throw table.error(key, std::string("is on a body that is not in the scene: ") + fault.what());
+  }
+}
+
+/// "wire.start", "wire.end".
+fem::Support parse_support(const TomlTable& table, const std::string& key, const fem::Scene& scene,
+                           const std::string& text) {
+  const std::size_t dot = text.rfind('.');
+  const std::string end = dot == std::string::npos ? "" : text.substr(dot + 1);
+  if (end != "start" && end != "end") {
+    throw table.error(key, "must be BODY.start or BODY.end, got '" + text + "'");
+  }
+  const fem::Body& body = known_body(table, key, scene, text.substr(0, dot));
+  const fem::Support support{body.name, end == "start" ? fem::End::start : fem::End::end};
+  if ((support.end == fem::End::start ? body.start : body.end) == fem::EndCondition::free) {
+    throw table.error(key, "'" + text + "' is a free end, not a support: make it clamped or pinned");
+  }
+  return support;
+}
+
+/// "wire@0.5".
+fem::BodyPoint parse_point(const TomlTable& table, const std::string& key, const fem::Scene& scene,
+                           const std::string& text) {
+  const std::size_t at = text.rfind('@');
+  double fraction = -1.0;
+  if (at != std::string::npos) {
+    const char* end = text.data() + text.size();
+    const auto read = std::from_chars(text.data() + at + 1, end, fraction);
+    if (read.ec != std::errc() || read.ptr != end) fraction = -1.0;
+  }
+  if (!(fraction >= 0.0 && fraction <= 1.0)) {
+    throw table.error(
+        key, "must be BODY@FRACTION with a fraction of the arc length from 0 to 1, got '" + text + "'");
+  }
+  return {known_body(table, key, scene, text.substr(0, at)).name, fraction};
+}
+
+Place read_place(TomlTable& table, const fem::Scene& scene) {
+  if (table.has("support") && table.has("point")) {
+    throw table.error("point", "contradicts support: give one of the two");
+  }
+  if (table.has("support")) return parse_support(table, "support", scene, table.text("support"));
+  if (table.has("point")) return parse_point(table, "point", scene, table.text("point"));
+  throw table.error("needs support = \"BODY.start\" or point = \"BODY@FRACTION\"");
+}
+
+/// "x", "y", "z" or a vector; a unit vector.
+Eigen::Vector3d parse_direction(const TomlTable& table, const std::string& key, const toml::node& node) {
+  if (const auto word = node.value<std::string>()) {
+    const std::string axes = "xyz";
+    if (word->size() == 1 && axes.find(*word) != std::string::npos) {
+      return Eigen::Vector3d::Unit(static_cast<int>(axes.find(*word)));
+    }
+    throw table.error(key, node, "must be \"x\", \"y\", \"z\" or a vector, got '" + *word + "'");
+  }
+  const Eigen::Vector3d vector = table.vector3(key, node);
+  if (vector.norm() == 0.0) throw table.error(key, node, "must not be the zero vector");
+  return vector.normalized();
+}
+
+/// "x", "y", "z" for the axes, else the place in the list, from 1.
+std::string direction_name(const Eigen::Vector3d& direction, std::size_t index) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (direction == Eigen::Vector3d(Eigen::Vector3d::Unit(axis))) return {"xyz"[axis]};
+  }
+  return std::to_string(index + 1);
+}
+
+// --- drive, measure, contact
+// --------------------------------------------------------------------------------------------
+
+fem::SceneDrive read_drive(TomlTable table, const fem::Scene& scene) {
+  const Place place = read_place(table, scene);
+  fem::SceneDrive drive{place, parse_direction(table, "direction", table.required("direction")), {}};
+  if (table.has("also")) {
+    if (std::holds_alternative<fem::BodyPoint>(drive.at)) {
+      throw table.error("also", "names supports that move along: it goes with support, not with point");
+    }
+    std::set<std::string> seen = {table.text("support")};
+    for (const auto& text : table.texts("also")) {
+      drive.also.push_back(parse_support(table, "also", scene, text));
+      if (!seen.insert(text).second) throw table.error("also", "names '" + text + "' a second time");
+    }
+  }
+  table.finish();
+  return drive;
+}
+
+fem::SceneMeasurement read_measurement(TomlTable table, const fem::Scene& scene) {
+  fem::SceneMeasurement measurement{read_place(table, scene), fem::MotionQuantity::displacement, {}, {}};
+  const bool at_point = std::holds_alternative<fem::BodyPoint>(measurement.at);
+  std::string quantity = "force";
+  if (at_point) {
+    quantity = table.text("quantity", "displacement");
+    measurement.quantity =
+        table.choice<fem::MotionQuantity>("quantity",
+                                          {{"displacement", fem::MotionQuantity::displacement},
+                                           {"velocity", fem::MotionQuantity::velocity},
+                                           {"acceleration", fem::MotionQuantity::acceleration}},
+                                          fem::MotionQuantity::displacement);
+  } else if (table.has("quantity")) {
+    throw table.error("quantity", "goes with point; at a support the force is read");
+  }
+  const toml::array* directions = table.required("directions").as_array();
+  if (directions == nullptr || directions->empty()) {
+    throw table.error("directions", "must be an array of \"x\", \"y\", \"z\" or vectors, with at least one");
+  }
+  for (const auto& entry : *directions) {
+    const Eigen::Vector3d direction = parse_direction(table, "directions", entry);
+    const std::string name = quantity + "_" + direction_name(direction, measurement.names.size());
+    if (std::count(measurement.names.begin(), measurement.names.end(), name) > 0) {
+      throw table.error("directions", entry, "gives the output " + name + " a second time");
+    }
+    measurement.names.push_back(name);
+    measurement.directions.push_back(direction);
+  }
+  table.finish();
+  return measurement;
+}
+
+fem::Contact read_contact(TomlTable& table, const fem::Scene& scene) {
+  fem::Contact contact;
+  contact.inside = known_body(table, "inside", scene, table.text("inside")).name;
+  contact.outside = known_body(table, "outside", scene, table.text("outside")).name;
+  if (contact.inside == contact.outside) {
+    throw table.error("outside", "must be another body than inside, got '" + contact.outside + "' for both");
+  }
+  contact.gap = table.not_negative("gap");
+  contact.stiffness = table.positive("stiffness");
+  contact.damping = table.not_negative("damping", 0.0);
+  contact.law = table.choice<fem::ContactLaw>("law",
+                                              {{"approach", fem::ContactLaw::approach},
+                                               {"no_adhesion", fem::ContactLaw::no_adhesion},
+                                               {"hunt_crossley", fem::ContactLaw::hunt_crossley}},
+                                              fem::ContactLaw::approach);
+  table.finish();
+  return contact;
+}
+
+// --- simulation
+// -----------------------------------------------------------------------------------------------------------
+
+void read_excitation_band(TomlTable& table, fem::Excitation& excitation, double nyquist_hz) {
+  const Band band = table.band("band");
+  if (band.lo_hz <= 0.0) {
+    throw table.error("band",
+                      "must begin above 0 Hz, where an acceleration would mean a displacement without limit");
+  }
+  if (band.hi_hz >= nyquist_hz) {
+    throw table.error(
+        "band", fmt::format("must end below half the sample_rate = {} Hz, got {}", nyquist_hz, band.hi_hz));
+  }
+  excitation.band_lo_hz = band.lo_hz;
+  excitation.band_hi_hz = band.hi_hz;
+}
+
+fem::Excitation read_excitation(TomlTable table, double nyquist_hz) {
+  using Kind = fem::Excitation::Kind;
+  fem::Excitation excitation;
+  table.required("kind");
+  excitation.kind = table.choice<Kind>("kind", {{"random", Kind::random},
+                                                {"multisine", Kind::multisine},
+                                                {"chirp", Kind::chirp},
+                                                {"sine", Kind::sine},
+                                                {"record", Kind::record}});
+  switch (excitation.kind) {
+    case Kind::random:
+    case Kind::multisine: {
+      read_excitation_band(table, excitation, nyquist_hz);
+      excitation.rms_acceleration = table.positive("rms_acceleration");
+      const int seed = table.integer("seed", 1);
+      if (seed < 0) throw table.error("seed", fmt::format("must be >= 0, got {}", seed));
+      excitation.seed = static_cast<unsigned>(seed);
+      break;
+    }
+    case Kind::chirp:
+      read_excitation_band(table, excitation, nyquist_hz);
+      excitation.acceleration = table.positive("acceleration");
+      break;
+    case Kind::sine:
+      excitation.frequency_hz = table.positive("frequency");
+      if (excitation.frequency_hz >= nyquist_hz) {
+        throw table.error("frequency", fmt::format("must be below half the sample_rate = {} Hz, got {}",
+                                                   nyquist_hz, excitation.frequency_hz));
+      }
+      excitation.acceleration = table.positive("acceleration");
+      break;
+    case Kind::record:
+      excitation.file = table.path("file");
+      excitation.column = table.text("column");
+      break;
+  }
+  table.finish();
+  return excitation;
+}
+
+fem::Simulation read_simulation(TomlTable table) {
+  fem::Simulation simulation;
+  simulation.duration = table.positive("duration");
+  simulation.sample_rate = table.positive("sample_rate", simulation.sample_rate);
+  simulation.excitation = read_excitation(table.table("excitation"), 0.5 * simulation.sample_rate);
+  if (table.has("gravity")) simulation.gravity = table.vector3("gravity");
+  simulation.tolerance = table.positive("tolerance", simulation.tolerance);
+  if (simulation.tolerance >= 1.0) {
+    throw table.error("tolerance", fmt::format("is a fraction of the largest displacement, below 1, got {}",
+                                               simulation.tolerance));
+  }
+  simulation.step = table.positive("step", simulation.step);
+  simulation.contact_substeps = table.integer("contact_substeps", simulation.contact_substeps);
+  if (simulation.contact_substeps < 1) {
+    throw table.error("contact_substeps",
+                      fmt::format("must be at least 1, got {}", simulation.contact_substeps));
+  }
+  simulation.method = table.choice<fem::IntegrationMethod>(
+      "method", {{"modal", fem::IntegrationMethod::modal}, {"newmark", fem::IntegrationMethod::newmark}},
+      simulation.method);
+  table.finish();
+  return simulation;
+}
+
+}  // namespace
+
+fem::Scene read_scene(const std::string& file) {
+  const toml::table content = parse_toml(file);
+  TomlTable root(content, file);
+  fem::Scene scene;
+  for (TomlTable& body : root.tables("body"))
+    scene.bodies.push_back(read_body(body, scene, root.has("simulation")));
+  if (scene.bodies.empty()) throw Error(file, 0, "has no [[body]]: a scene needs at least one");
+  if (root.has("drive")) scene.drive = read_drive(root.table("drive"), scene);
+  if (root.has("measure")) scene.measurement = read_measurement(root.table("measure"), scene);
+  for (TomlTable& contact : root.tables("contact")) scene.contacts.push_back(read_contact(contact, scene));
+  if (root.has("simulation")) scene.simulation = read_simulation(root.table("simulation"));
+  root.finish();
+  return scene;
+}
+
+void apply_parameters(fem::Scene& scene, const std::vector<std::string>& parameter_files) {
+  std::set<std::string> done;
+  for (const auto& file : parameter_files) {
+    const ident::IdentifiedParameters identified = ident::read_parameters(file);
+    if (!done.insert(identified.body).second) {
+      throw Error(file, 0,
+                  "is a second parameter file for body '" + identified.body + "'; give one for each body");
+    }
+    const auto body = std::find_if(scene.bodies.begin(), scene.bodies.end(),
+                                   [&](const fem::Body& other) { return other.name == identified.body; });
+    if (body == scene.bodies.end()) {
+      std::string names;
+      for (const auto& other : scene.bodies) names += (names.empty() ? "'" : ", '") + other.name + "'";
+      throw Error(
+          file, 0,
+          "belongs to body '" + identified.body + "', which the scene does not have; it has " + names);
+    }
+    body->material = ident::apply(identified, body->material);
+  }
+}
+
+bool has_modulus(const fem::Body& body) {
+  const fem::FrequencyLaw& law = body.material.youngs_modulus;
+  return !law.parameters.empty() || !law.value.empty();
+}
+
+void require_modulus(const fem::Body& body, const std::string& scene_file) {
+  if (has_modulus(body)) return;
+  throw Error(scene_file, 0,
+              "body '" + body.name +
+                  "' has no youngs_modulus; give it in [body.material], or identified "
+                  "parameters with --parameters");
+}
+
+}  // namespace struna::apps

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <numeric>
@@ -29,6 +30,11 @@ std::string type_of(const toml::node& node) {
     default:
       return "a date or time";
   }
+}
+
+/// A path as a file that names it means it: relative to that file's folder.
+std::string beside(const std::string& file, const std::string& path) {
+  return (std::filesystem::path(file).parent_path() / path).lexically_normal().string();
 }
 
 long line_of(const toml::node& node) {
@@ -93,7 +99,7 @@ const toml::node* TomlTable::node(const std::string& key) {
 
 const toml::node& TomlTable::required(const std::string& key) {
   const toml::node* found = node(key);
-  if (found == nullptr) throw error(key, "is missing and must be given");
+  if (found == nullptr) throw error(key, "is missing and must be given" + misspelling_of(key));
   return *found;
 }
 
@@ -106,7 +112,7 @@ double TomlTable::number(const std::string& key) {
 }
 
 double TomlTable::number(const std::string& key, double fallback) {
-  return node(key) != nullptr ? number(key) : fallback;
+  return has(key) ? number(key) : fallback;
 }
 
 double TomlTable::positive(const std::string& key) {
@@ -116,7 +122,7 @@ double TomlTable::positive(const std::string& key) {
 }
 
 double TomlTable::positive(const std::string& key, double fallback) {
-  return node(key) != nullptr ? positive(key) : fallback;
+  return has(key) ? positive(key) : fallback;
 }
 
 double TomlTable::not_negative(const std::string& key) {
@@ -126,7 +132,7 @@ double TomlTable::not_negative(const std::string& key) {
 }
 
 double TomlTable::not_negative(const std::string& key, double fallback) {
-  return node(key) != nullptr ? not_negative(key) : fallback;
+  return has(key) ? not_negative(key) : fallback;
 }
 
 std::string TomlTable::text(const std::string& key) {
@@ -138,7 +144,7 @@ std::string TomlTable::text(const std::string& key) {
 }
 
 std::string TomlTable::text(const std::string& key, const std::string& fallback) {
-  return node(key) != nullptr ? text(key) : fallback;
+  return has(key) ? text(key) : fallback;
 }
 
 int TomlTable::integer(const std::string& key, int fallback) {
@@ -239,6 +245,31 @@ std::vector<TomlTable> TomlTable::tables(const std::string& key) {
   return result;
 }
 
+std::string TomlTable::path(const std::string& key) {
+  return beside(file_, text(key));
+}
+
+std::vector<std::string> TomlTable::paths(const std::string& key) {
+  std::vector<std::string> result = texts(key);
+  for (auto& file : result) file = beside(file_, file);
+  return result;
+}
+
+Band TomlTable::band(const std::string& key) {
+  if (required(key).is_string()) {
+    try {
+      return parse_band(text(key));
+    } catch (const Error& fault) {
+      throw error(key, std::string("is no band: ") + fault.what());
+    }
+  }
+  const std::vector<double> ends = numbers(key);
+  if (ends.size() != 2 || ends[0] < 0.0 || ends[0] >= ends[1]) {
+    throw error(key, fmt::format("needs [lo, hi] in Hz with 0 <= lo < hi, got [{}]", fmt::join(ends, ", ")));
+  }
+  return {ends[0], ends[1]};
+}
+
 std::size_t TomlTable::index_of_word(const std::string& key, const std::vector<std::string>& words) {
   const std::string word = text(key);
   const auto found = std::find(words.begin(), words.end(), word);
@@ -251,6 +282,13 @@ std::vector<std::string> TomlTable::keys() const {
   std::vector<std::string> result;
   for (const auto& [key, value] : *table_) result.emplace_back(key.str());
   return result;
+}
+
+std::string TomlTable::misspelling_of(const std::string& key) const {
+  std::vector<std::string> unasked = keys();
+  std::erase_if(unasked, [&](const std::string& word) { return known_.count(word) > 0; });
+  const std::string nearest = nearest_word(key, unasked);
+  return nearest.empty() ? "" : " (is that what '" + nearest + "' stands for?)";
 }
 
 void TomlTable::finish() const {

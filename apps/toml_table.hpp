@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "fem/error.hpp"
+#include "apps/usage.hpp"
 
 namespace struna::apps {
 
@@ -25,7 +25,7 @@ class TomlTable {
  public:
   TomlTable(const toml::table& table, std::string file, std::string path = "");
 
-  bool has(const std::string& key) const;
+  bool has(const std::string& key);  ///< marks the key as known
   double number(const std::string& key);
   double number(const std::string& key, double fallback);
   double positive(const std::string& key);  ///< > 0
@@ -42,6 +42,9 @@ class TomlTable {
   std::vector<Eigen::Vector3d> vectors3(const std::string& key);
   TomlTable table(const std::string& key);
   std::vector<TomlTable> tables(const std::string& key);
+  std::string path(const std::string& key);  ///< of a file, relative to this file's folder
+  std::vector<std::string> paths(const std::string& key);
+  Band band(const std::string& key);  ///< [lo, hi] or "LO:HI", 0 <= lo < hi
 
   /// The value that stands for a word, out of {word, value} pairs.
   template <class Value>
@@ -49,7 +52,6 @@ class TomlTable {
   template <class Value>
   Value choice(const std::string& key, const std::vector<std::pair<std::string, Value>>& values,
                Value fallback) {
-    known_.insert(key);
     return has(key) ? choice(key, values) : fallback;
   }
 
@@ -61,6 +63,9 @@ class TomlTable {
 
   /// The keys that the table has, in no particular order.
   std::vector<std::string> keys() const;
+  /// " (is that what 'diametr' stands for?)" where a key that nobody asked for is near the missing one, else
+  /// "".
+  std::string misspelling_of(const std::string& key) const;
   void finish() const;
 
   /// "FILE:LINE: PATH.KEY MESSAGE", at the key's line (at the table's when it has no such key).
