@@ -88,8 +88,8 @@ std::string nearest_word(const std::string& word, const std::vector<std::string>
 TomlTable::TomlTable(const toml::table& table, std::string file, std::string path)
     : table_(&table), file_(std::move(file)), path_(std::move(path)) {}
 
-bool TomlTable::has(const std::string& key) const {
-  return table_->contains(key);
+bool TomlTable::has(const std::string& key) {
+  return node(key) != nullptr;
 }
 
 const toml::node* TomlTable::node(const std::string& key) {
