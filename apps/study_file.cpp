@@ -1,1 +1,172 @@
 #include "apps/study_file.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "apps/toml_table.hpp"
+
+namespace struna::apps {
+namespace {
+
+/// The value of a key by one of the library's word readers, whose Error gets the key's file and line.
+template <class Reader>
+auto word(TomlTable& table, const std::string& key, Reader read) {
+  const std::string text = table.text(key);
+  try {
+    return read(text);
+  } catch (const Error& fault) {
+    throw table.error(key, std::string("is not understood: ") + fault.what());
+  }
+}
+
+void check_frequencies(const TomlTable& table, const std::string& key, const std::vector<double>& values) {
+  for (const double value : values) {
+    if (value <= 0.0) throw table.error(key, fmt::format("must hold frequencies above 0 Hz, got {}", value));
+  }
+}
+
+TransferSettings read_transfer(TomlTable table) {
+  TransferSettings settings;
+  ident::WelchOptions& welch = settings.welch;
+  welch.resolution_hz = table.positive("resolution", welch.resolution_hz);
+  welch.overlap = table.not_negative("overlap", welch.overlap);
+  if (welch.overlap > 0.9) {
+    throw table.error("overlap", fmt::format("must be a fraction from 0 to 0.9, got {}", welch.overlap));
+  }
+  welch.window = table.choice<ident::Window>("window",
+                                             {{"hann", ident::Window::hann},
+                                              {"rectangular", ident::Window::rectangular},
+                                              {"exponential", ident::Window::exponential}},
+                                             welch.window);
+  if (table.has("exponential_end") && welch.window != ident::Window::exponential) {
+    throw table.error("exponential_end", "goes with window = \"exponential\"");
+  }
+  welch.exponential_end = table.positive("exponential_end", welch.exponential_end);
+  if (welch.exponential_end >= 1.0) {
+    throw table.error("exponential_end", fmt::format("must be below 1, got {}", welch.exponential_end));
+  }
+  welch.impact = table.flag("impact", welch.impact);
+  if (table.has("estimator")) settings.estimator = word(table, "estimator", ident::estimator_kind);
+  if (table.has("form") && table.text("form") != "as-measured")
+    settings.form = word(table, "form", ident::frf_kind);
+  if (table.has("band")) settings.band = table.band("band");
+  table.finish();
+  return settings;
+}
+
+ident::ModeOptions read_modes_options(TomlTable table) {
+  ident::ModeOptions options;
+  if (table.has("method")) options.method = word(table, "method", ident::mode_method);
+  if (table.has("damping")) options.damping = word(table, "damping", fem::damping_kind);
+  if (table.has("band")) {
+    const Band band = table.band("band");
+    options.band_lo_hz = band.lo_hz;
+    options.band_hi_hz = band.hi_hz;
+  }
+  if (table.has("frequencies")) options.frequencies_hz = table.numbers("frequencies");
+  check_frequencies(table, "frequencies", options.frequencies_hz);
+  if (table.has("extra_frequencies")) options.extra_hz = table.numbers("extra_frequencies");
+  check_frequencies(table, "extra_frequencies", options.extra_hz);
+  if (!options.frequencies_hz.empty() && !options.extra_hz.empty()) {
+    throw table.error("extra_frequencies",
+                      "contradicts frequencies: those only, or these besides the ones found");
+  }
+  table.finish();
+  return options;
+}
+
+std::string read_law_name(TomlTable& table, const std::string& key) {
+  return table.choice<std::string>(key,
+                                   {{"constant", "constant"},
+                                    {"power", "power"},
+                                    {"fractional_zener", "fractional_zener"},
+                                    {"monotone_spline", "monotone_spline"}},
+                                   "");
+}
+
+ident::FitOptions read_fit_options(TomlTable table) {
+  ident::FitOptions options;
+  options.modulus_law = read_law_name(table, "modulus_law");
+  options.loss_factor_law = read_law_name(table, "loss_factor_law");
+  if (table.has("band")) {
+    const Band band = table.band("band");
+    options.band_lo_hz = band.lo_hz;
+    options.band_hi_hz = band.hi_hz;
+  }
+  if (table.has("modulus_range")) {
+    const auto range = table.numbers("modulus_range");
+    if (range.size() != 2 || range[0] <= 0.0 || range[0] >= range[1]) {
+      throw table.error("modulus_range", fmt::format("needs [lo, hi] in Pa with 0 < lo < hi, got [{}]",
+                                                     fmt::join(range, ", ")));
+    }
+    options.pairing.modulus_lo = range[0];
+    options.pairing.modulus_hi = range[1];
+  }
+  table.finish();
+  return options;
+}
+
+ident::ChannelCorrection read_correction(TomlTable table) {
+  ident::ChannelCorrection correction;
+  correction.sensitivity = table.number("sensitivity", correction.sensitivity);
+  if (correction.sensitivity == 0.0) throw table.error("sensitivity", "must not be zero");
+  correction.sign = table.number("sign", correction.sign);
+  if (correction.sign != 1.0 && correction.sign != -1.0) {
+    throw table.error("sign", fmt::format("must be 1 or -1, got {}", correction.sign));
+  }
+  correction.delay = table.number("delay", correction.delay);
+  correction.unit = table.text("unit", "");
+  if (!correction.unit.empty()) word(table, "unit", ident::parse_unit);
+  table.finish();
+  return correction;
+}
+
+std::map<std::string, ident::ChannelCorrection> read_corrections(TomlTable table, const Study& study) {
+  std::map<std::string, ident::ChannelCorrection> corrections;
+  for (const auto& name : table.keys()) {
+    if (name != study.input && std::count(study.outputs.begin(), study.outputs.end(), name) == 0) {
+      throw table.error(name, "corrects a column that is neither the input nor an output");
+    }
+    corrections[name] = read_correction(table.table(name));
+  }
+  return corrections;
+}
+
+void check_channels(const TomlTable& root, const Study& study) {
+  if (study.records.empty()) throw root.error("records", "must name at least one file");
+  if (study.outputs.empty()) throw root.error("outputs", "must name at least one column");
+  for (const auto& output : study.outputs) {
+    if (output == study.input) throw root.error("outputs", "must not hold the input '" + output + "'");
+    if (std::count(study.outputs.begin(), study.outputs.end(), output) > 1) {
+      throw root.error("outputs", "names '" + output + "' a second time");
+    }
+  }
+}
+
+}  // namespace
+
+Study read_study(const std::string& file) {
+  const toml::table content = parse_toml(file);
+  TomlTable root(content, file);
+  Study study;
+  study.file = file;
+  study.scene = root.path("scene");
+  study.records = root.paths("records");
+  study.input = root.text("input");
+  study.outputs = root.texts("outputs");
+  check_channels(root, study);
+  if (root.has("channel")) study.corrections = read_corrections(root.table("channel"), study);
+  if (root.has("transfer")) study.transfer = read_transfer(root.table("transfer"));
+  if (root.has("modes")) study.modes = read_modes_options(root.table("modes"));
+  if (root.has("fit")) study.fit = read_fit_options(root.table("fit"));
+  if (root.has("compare")) {
+    TomlTable compare = root.table("compare");
+    if (compare.has("band")) study.compare = compare.band("band");
+    compare.finish();
+  }
+  root.finish();
+  return study;
+}
+
+}  // namespace struna::apps

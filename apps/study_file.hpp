@@ -1,9 +1,11 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
+#include "apps/usage.hpp"
 #include "ident/mode_identification.hpp"
 #include "ident/parameter_identification.hpp"
 #include "ident/spectra.hpp"
@@ -15,13 +17,8 @@ namespace struna::apps {
 struct TransferSettings {
   ident::WelchOptions welch;
   ident::Estimator estimator = ident::Estimator::h1;
-  std::string form = "as-measured";
-  double band_lo_hz = 0.0;
-  double band_hi_hz = 0.0;
-};
-struct CompareSettings {
-  double band_lo_hz = 0.0;
-  double band_hi_hz = 0.0;
+  std::optional<ident::FrfKind> form;  ///< none: as measured
+  std::optional<Band> band;            ///< none: every line above 0 Hz
 };
 
 /// Everything a study file says; paths already resolved against its folder.
@@ -35,9 +32,10 @@ struct Study {
   TransferSettings transfer;
   ident::ModeOptions modes;
   ident::FitOptions fit;
-  CompareSettings compare;
+  Band compare;  ///< [compare]; 0:0 the whole band
 };
 
+/// Reads study TOML (docs/files.md). Every fault is an Error with file and line.
 Study read_study(const std::string& file);
 
 }  // namespace struna::apps
