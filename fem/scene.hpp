@@ -37,7 +37,7 @@ struct SceneMeasurement {
   std::vector<Eigen::Vector3d> directions;
 };
 
-enum class ContactLaw { approach, no_adhesion, hunt_crossley };
+enum class ContactLaw { approach, no_adhesion, hunt_crossley, hard_stop };
 
 struct Contact {
   std::string inside;
@@ -46,6 +46,7 @@ struct Contact {
   double stiffness = 0.0;  ///< [N/m]
   double damping = 0.0;    ///< [N s/m]
   ContactLaw law = ContactLaw::approach;
+  double restitution = 1.0;  ///< hard_stop only, 0..1
 };
 
 struct Excitation {

@@ -1,0 +1,80 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "fem/band_matrix.hpp"
+#include "fem/contact_geometry.hpp"
+#include "fem/modal_stepping.hpp"
+
+namespace struna::fem {
+
+/// A body in its free nodal dof, M x'' + C x' + K x = load.col(0) u + load.col(1) u' + load.col(2) u'' +
+/// constant_load, with C = alpha M + beta K. For moved supports (dof p, moved by d u): load = -K_fp d, -C_fp
+/// d, -M_fp d.
+struct NodalBody {
+  BandMatrix mass;
+  BandMatrix stiffness;
+  Rayleigh rayleigh;
+  Eigen::MatrixX3d load;          ///< dof x 3
+  Eigen::VectorXd constant_load;  ///< dof; gravity. Empty: none
+};
+
+/// The free dof of a model in nodal form, K = youngs_modulus K1, with supports `moved` along `direction`.
+NodalBody nodal_body(const Model& model, double youngs_modulus, const Rayleigh& rayleigh,
+                     const std::vector<End>& moved, const Eigen::Vector3d& direction);
+
+/// The pair in the free dof of both bodies (outside: -1 for the ground); prescribed dof enter as motion.
+ContactPoint nodal_contact_point(const ContactPair& pair, const Contact& contact, const Model& inside,
+                                 const Model& outside, int inside_body, int outside_body,
+                                 const std::vector<End>& inside_moved, const std::vector<End>& outside_moved,
+                                 const Eigen::Vector3d& direction);
+
+struct NewmarkOptions {
+  double step = 1e-5;        ///< [s]
+  int contact_substeps = 5;  ///< the paper's cut while any contact is closed
+  double kappa = 0.25;       ///< beta_N
+  double lambda = 0.5;       ///< gamma; > 1/2 adds numerical damping
+};
+
+/// Newmark's scheme (28)-(30) for bodies in nodal dof, banded, with the contact force of a step solved
+/// implicitly (condensed to the closed gaps). Second order without contact; with it first order at best,
+/// because touch is not located (see modal_stepping for that).
+class NewmarkStepper {
+ public:
+  /// Throws Error on sizes that do not fit, step <= 0, substeps < 1, lambda < 1/2 or kappa < lambda/2 (only
+  /// unconditionally stable schemes are offered).
+  NewmarkStepper(std::vector<NodalBody> bodies, std::vector<ContactPoint> points, PrescribedMotion motion,
+                 const NewmarkOptions& options = {});
+  ~NewmarkStepper();
+  NewmarkStepper(NewmarkStepper&&) noexcept;
+  NewmarkStepper& operator=(NewmarkStepper&&) noexcept;
+
+  /// Displacement and velocity of one body at the present time; acceleration follows from balance at the next
+  /// step.
+  void set_state(int body, const Eigen::VectorXd& displacement, const Eigen::VectorXd& velocity);
+  /// Static equilibrium at u(t), contact included, moving with the base: x' = static shape times u'.
+  void settle();
+
+  /// Steps to `time`: whole steps, the last one shortened where needed.
+  void advance(double time);
+  double time() const;
+
+  const Eigen::VectorXd& displacement(int body) const;
+  const Eigen::VectorXd& velocity(int body) const;
+  const Eigen::VectorXd& acceleration(int body) const;
+
+  double penetration(int point) const;
+  double force(int point) const;
+  Eigen::Vector2d offset(int point) const;
+
+  const StepReport& report() const;
+
+ private:
+  class State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace struna::fem
