@@ -1,1 +1,343 @@
 #include "apps/report.hpp"
+
+#include <algorithm>
+#include <array>
+#include <charconv>
+#include <cmath>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <string_view>
+#include <system_error>
+
+#include "apps/report_files.hpp"
+#include "fem/error.hpp"
+
+namespace struna::apps {
+
+namespace {
+
+using nlohmann::json;
+
+constexpr int curve_points = 160;
+
+/// The number to `digits` significant digits: what a screen can show, and half the page's size. Not finite:
+/// null.
+json number(double value, int digits = 7) {
+  if (!std::isfinite(value)) return nullptr;
+  std::array<char, 32> text;
+  const auto end =
+      std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::scientific, digits - 1);
+  double rounded = value;
+  std::from_chars(text.data(), end.ptr, rounded);
+  return rounded;
+}
+
+template <typename Vector, typename Get>
+json numbers(const Vector& values, Get get, int digits = 7) {
+  json list = json::array();
+  list.get_ref<json::array_t&>().reserve(static_cast<size_t>(values.size()));
+  for (const auto& value : values) list.push_back(number(get(value), digits));
+  return list;
+}
+
+json numbers(const Eigen::VectorXd& values, int digits = 7) {
+  return numbers(
+      values, [](double value) { return value; }, digits);
+}
+
+json real_part(const Eigen::VectorXcd& values) {
+  return numbers(values, [](const std::complex<double>& value) { return value.real(); });
+}
+
+json imaginary_part(const Eigen::VectorXcd& values) {
+  return numbers(values, [](const std::complex<double>& value) { return value.imag(); });
+}
+
+json point(const std::complex<double>& value) {
+  return {number(value.real()), number(value.imag())};
+}
+
+json text_pairs(const std::vector<std::pair<std::string, std::string>>& pairs) {
+  json list = json::array();
+  for (const auto& [name, value] : pairs) list.push_back({name, value});
+  return list;
+}
+
+json transfer_function(const ident::TransferFunction& tf) {
+  json outputs = json::array();
+  for (const auto& output : tf.outputs) {
+    json entry = {{"name", output.name},
+                  {"kind", to_string(output.kind)},
+                  {"unit", output.unit},
+                  {"re", real_part(output.value)},
+                  {"im", imaginary_part(output.value)}};
+    if (output.coherence.size() > 0) entry["coherence"] = numbers(output.coherence, 5);
+    if (output.sigma.size() > 0) entry["sigma"] = numbers(output.sigma, 4);
+    outputs.push_back(std::move(entry));
+  }
+  return {{"frequency", numbers(tf.frequency_hz)}, {"outputs", std::move(outputs)}};
+}
+
+/// A prediction on the measured lines does not repeat them.
+json prediction(const ident::TransferFunction& tf, const ident::TransferFunction& measured) {
+  json entry = transfer_function(tf);
+  if (tf.frequency_hz.size() == measured.frequency_hz.size() && tf.frequency_hz == measured.frequency_hz)
+    entry.erase("frequency");
+  return entry;
+}
+
+/// Whether a quantity was identified from the mode: its frequency is among the curve's.
+bool used_in(const ident::IdentifiedCurve& curve, const ident::Mode& mode) {
+  return (curve.frequency_hz.array() == mode.natural_frequency_hz).any();
+}
+
+json circles(const ident::Mode& mode) {
+  json list = json::array();
+  for (const auto& circle : mode.circles)
+    list.push_back({{"centre", point(circle.centre)},
+                    {"radius", number(circle.radius)},
+                    {"resonance", point(circle.at_resonance)},
+                    {"lower", point(circle.at_lower_half_power)},
+                    {"upper", point(circle.at_upper_half_power)},
+                    {"scatter", number(circle.scatter, 4)}});
+  return list;
+}
+
+/// The lines in a mode's window, in circle form; for a mode without one, its half-power band and as much on
+/// either side.
+json nyquist_lines(const ident::Mode& mode, const ident::TransferFunction& circle_form) {
+  double lo = mode.window_lo_hz;
+  double hi = mode.window_hi_hz;
+  if (!(hi > lo)) {
+    const double width = mode.upper_half_power_hz - mode.lower_half_power_hz;
+    lo = mode.lower_half_power_hz - width;
+    hi = mode.upper_half_power_hz + width;
+  }
+  const auto& f = circle_form.frequency_hz;
+  const long first = std::lower_bound(f.begin(), f.end(), lo) - f.begin();
+  const long count = std::max(std::upper_bound(f.begin(), f.end(), hi) - f.begin() - first, 0L);
+  json outputs = json::array();
+  for (const auto& output : circle_form.outputs) {
+    const Eigen::VectorXcd value = output.value.segment(first, count);
+    outputs.push_back({{"re", real_part(value)}, {"im", imaginary_part(value)}});
+  }
+  return {{"frequency", numbers(Eigen::VectorXd(f.segment(first, count)))}, {"outputs", std::move(outputs)}};
+}
+
+json mode_entry(const ident::Mode& mode, const ident::TransferFunction& circle_form,
+                const ident::IdentifiedParameters& identified) {
+  json flags = json::array();
+  for (const auto flag : mode.flags) flags.push_back(to_string(flag));
+  json constants = json::array();
+  for (const auto& constant : mode.modal_constant) constants.push_back(point(constant));
+  return {{"frequency", number(mode.natural_frequency_hz, 9)},
+          {"frequencySigma", number(mode.natural_frequency_sigma, 4)},
+          {"lower", number(mode.lower_half_power_hz, 9)},
+          {"upper", number(mode.upper_half_power_hz, 9)},
+          {"lossFactor", number(mode.loss_factor)},
+          {"lossFactorSigma", number(mode.loss_factor_sigma, 4)},
+          {"dampingRatio", number(mode.damping_ratio)},
+          {"constants", std::move(constants)},
+          {"constantSigmas", numbers(mode.modal_constant_sigma, 4)},
+          {"flags", std::move(flags)},
+          {"circleFrequency", number(mode.circle_natural_frequency_hz, 9)},
+          {"circleLossFactor", number(mode.circle_loss_factor)},
+          {"circles", circles(mode)},
+          {"lines", nyquist_lines(mode, circle_form)},
+          {"usedForModulus", used_in(identified.modulus, mode)},
+          {"usedForLossFactor", used_in(identified.loss_factor, mode)}};
+}
+
+/// Both kinds of "left out with a reason" have the same two fields.
+template <typename List>
+json frequencies_with_reason(const List& list) {
+  json entries = json::array();
+  for (const auto& entry : list)
+    entries.push_back({{"frequency", number(entry.frequency_hz)}, {"reason", entry.reason}});
+  return entries;
+}
+
+json modes(const ReportContent& content) {
+  const auto& set = content.modes;
+  ident::TransferFunction circle_form;
+  if (!set.modes.empty() && content.measured.lines() > 0)
+    circle_form = ident::to_circle_form(content.measured, set.damping);
+  json list = json::array();
+  for (const auto& mode : set.modes) list.push_back(mode_entry(mode, circle_form, content.identified));
+  std::string unit = unit_of(set.form);
+  if (unit.empty() && !circle_form.outputs.empty()) unit = circle_form.outputs.front().unit;
+  return {{"damping", to_string(set.damping)},
+          {"form", to_string(set.form)},
+          {"unit", unit},
+          {"outputs", set.outputs},
+          {"list", std::move(list)},
+          {"rejected", frequencies_with_reason(set.rejected)}};
+}
+
+/// Frequencies at which fitted laws are drawn: the band analysed, evenly in ln f.
+Eigen::VectorXd curve_frequencies(const ReportContent& content) {
+  double lo = content.identified.provenance.band_lo_hz;
+  double hi = content.identified.provenance.band_hi_hz;
+  const auto& lines = content.measured.frequency_hz;
+  if (!(lo > 0.0 && hi > lo) && lines.size() > 1) {
+    lo = lines[0] > 0.0 ? lines[0] : lines[1];
+    hi = lines[lines.size() - 1];
+  }
+  if (!(lo > 0.0 && hi > lo)) return {};
+  return Eigen::VectorXd::LinSpaced(curve_points, std::log(lo), std::log(hi)).array().exp();
+}
+
+template <typename Law>
+json curve(const Eigen::VectorXd& frequency, const Law& law) {
+  return numbers(frequency, law, 6);
+}
+
+json identified_curve(const ident::IdentifiedCurve& identified, const Eigen::VectorXd& frequency) {
+  json laws = json::array();
+  for (const auto& fit : identified.laws)
+    laws.push_back({{"kind", fem::to_string(fit.law.kind)},
+                    {"parameters", fit.law.parameters},
+                    {"knots", fit.law.frequency},
+                    {"knotValues", fit.law.value},
+                    {"sigma", numbers(fit.parameter_sigma, 4)},
+                    {"aicc", number(fit.aicc)},
+                    {"rms", number(fit.rms, 4)},
+                    {"from", number(fit.law.valid_from_hz)},
+                    {"to", number(fit.law.valid_to_hz)},
+                    {"curve", curve(frequency, [&](double f) { return fit.law.at(f); })}});
+  return {{"frequency", numbers(identified.frequency_hz)},
+          {"value", numbers(identified.value)},
+          {"sigma", numbers(identified.sigma, 4)},
+          {"laws", std::move(laws)}};
+}
+
+json rayleigh(const ident::RayleighFit& fit, const Eigen::VectorXd& frequency) {
+  json entry = {{"determined", fit.determined},           {"alpha", number(fit.rayleigh.alpha)},
+                {"beta", number(fit.rayleigh.beta)},      {"alphaSigma", number(fit.alpha_sigma, 4)},
+                {"betaSigma", number(fit.beta_sigma, 4)}, {"alphaAtBound", fit.alpha_at_bound},
+                {"betaAtBound", fit.beta_at_bound},       {"rms", number(fit.rms, 4)}};
+  if (fit.determined)
+    entry["curve"] = curve(frequency, [&](double f) { return fem::rayleigh_damping_ratio(fit.rayleigh, f); });
+  return entry;
+}
+
+json pairing(const ident::Pairing& pairing) {
+  json pairs = json::array();
+  for (const auto& pair : pairing.pairs)
+    pairs.push_back({{"measured", pair.measured},
+                     {"model", pair.model},
+                     {"mac", number(pair.mac, 5)},
+                     {"modulus", number(pair.modulus)},
+                     {"sigma", number(pair.modulus_sigma, 4)}});
+  json left_out = json::array();
+  for (const auto& entry : pairing.left_out)
+    left_out.push_back({{"measured", entry.measured}, {"reason", entry.reason}});
+  return {{"pairs", std::move(pairs)},
+          {"leftOut", std::move(left_out)},
+          {"missing", pairing.missing},
+          {"modulusAt1Hz", number(pairing.modulus_at_1_hz)},
+          {"slope", number(pairing.modulus_slope)}};
+}
+
+json identified(const ReportContent& content) {
+  const auto& parameters = content.identified;
+  const Eigen::VectorXd frequency = curve_frequencies(content);
+  const auto& source = parameters.provenance;
+  return {{"body", parameters.body},
+          {"curveFrequency", numbers(frequency)},
+          {"rayleigh", rayleigh(parameters.rayleigh, frequency)},
+          {"modulus", identified_curve(parameters.modulus, frequency)},
+          {"lossFactor", identified_curve(parameters.loss_factor, frequency)},
+          {"kramersKronig", numbers(parameters.kramers_kronig_loss_factor)},
+          {"rejected", frequencies_with_reason(parameters.rejected)},
+          {"pairing", pairing(parameters.pairing)},
+          {"version", source.program_version},
+          {"date", source.date},
+          {"inputs", text_pairs(source.inputs)},
+          {"band", {number(source.band_lo_hz), number(source.band_hi_hz)}}};
+}
+
+json comparison(const ident::Comparison& comparison) {
+  json outputs = json::array();
+  for (const auto& output : comparison.outputs) {
+    json peaks = json::array();
+    for (const auto& peak : output.peaks)
+      peaks.push_back({number(peak.measured_hz), number(peak.predicted_hz), number(peak.amplitude_db, 5)});
+    outputs.push_back({{"output", output.output},
+                       {"frac", number(output.frac)},
+                       {"error", number(output.log_magnitude_error_db, 5)},
+                       {"mean", number(output.mean_db, 5)},
+                       {"largest", number(output.largest_db, 5)},
+                       {"peaks", std::move(peaks)}});
+  }
+  return {
+      {"lo", number(comparison.lo_hz)}, {"hi", number(comparison.hi_hz)}, {"outputs", std::move(outputs)}};
+}
+
+json page_data(const ReportContent& content) {
+  return {{"title", content.title},
+          {"command", content.command},
+          {"warnings", content.warnings},
+          {"settings", text_pairs(content.settings)},
+          {"measured", transfer_function(content.measured)},
+          {"predicted", prediction(content.predicted, content.measured)},
+          {"viscous", prediction(content.predicted_viscous, content.measured)},
+          {"modes", modes(content)},
+          {"identified", identified(content)},
+          {"comparison", comparison(content.comparison)},
+          {"comparisonViscous", comparison(content.comparison_viscous)},
+          {"modelFrequencies", numbers(content.model_natural_frequency_hz)},
+          {"inputFiles", text_pairs(content.input_files)}};
+}
+
+std::string replaced(std::string_view text, const std::map<char, std::string_view>& replacements) {
+  std::string result;
+  result.reserve(text.size() + text.size() / 64);
+  for (const char c : text) {
+    const auto found = replacements.find(c);
+    if (found == replacements.end())
+      result += c;
+    else
+      result += found->second;
+  }
+  return result;
+}
+
+std::string html_text(std::string_view text) {
+  return replaced(text, {{'&', "&amp;"}, {'<', "&lt;"}, {'>', "&gt;"}, {'"', "&quot;"}});
+}
+
+/// JSON for a <script> element: "<" occurs in strings only, and escaped it can neither end the element nor
+/// open a comment. Text that is not UTF-8 (a file name, say) shows replacement characters instead of losing
+/// the report.
+std::string script_json(const json& data) {
+  return replaced(data.dump(-1, ' ', false, json::error_handler_t::replace), {{'<', "\\u003c"}});
+}
+
+/// The template with every {{name}} replaced, in one pass: what is put in is not searched again.
+std::string filled(std::string_view page, const std::map<std::string_view, std::string_view>& parts) {
+  std::string result;
+  for (size_t position = 0;;) {
+    const size_t open = page.find("{{", position);
+    result += page.substr(position, open - position);
+    if (open == std::string_view::npos) return result;
+    const size_t close = page.find("}}", open);
+    result += parts.at(page.substr(open + 2, close - open - 2));
+    position = close + 2;
+  }
+}
+
+}  // namespace
+
+std::string render_report(const ReportContent& content) {
+  const std::string data = script_json(page_data(content));
+  const std::string title = html_text(content.title);
+  return filled(report_html, {{"title", title},
+                              {"css", report_css},
+                              {"data", data},
+                              {"chart_js", chart_js},
+                              {"plots_js", report_plots_js},
+                              {"js", report_js}});
+}
+
+}  // namespace struna::apps
