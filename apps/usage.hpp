@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "fem/error.hpp"
 
@@ -20,6 +21,23 @@ auto option_value(const std::string& option, const std::string& word, Reader rea
     return read(word);
   } catch (const Error& error) {
     throw UsageError(option + ": " + error.what());
+  }
+}
+
+/// Runs a step on input files. An Error of the libraries that names none of the files ("restrict_band: no
+/// line …") gets the first of them in front, the one at fault as far as can be told.
+template <class Step>
+auto blaming(const std::vector<std::string>& files, Step step) {
+  try {
+    return step();
+  } catch (const UsageError&) {
+    throw;
+  } catch (const Error& error) {
+    const std::string message = error.what();
+    for (const auto& file : files) {
+      if (message.starts_with(file + ":")) throw;
+    }
+    throw Error(files.front(), 0, message);
   }
 }
 

@@ -1,0 +1,43 @@
+#include "apps/scene_fit.hpp"
+
+#include <algorithm>
+
+#include "apps/scene_file.hpp"
+#include "fem/error.hpp"
+
+namespace struna::apps {
+namespace {
+
+/// To begin with while no modulus is known: right for some 15 modes per plane.
+constexpr int first_elements = 30;
+constexpr int most_rounds = 5;
+
+}  // namespace
+
+SceneFit fit_to_scene(const fem::Scene& scene, const ident::ModeSet& modes, const ident::FitOptions& options,
+                      double tolerance) {
+  if (modes.modes.empty()) throw Error("fit: at least one mode is needed, got none");
+  SceneFit fit;
+  fit.scene = scene;
+  if (!modes.outputs.empty()) fem::select_outputs(fit.scene, modes.outputs);
+  const fem::LinearPath path = fem::linear_path(fit.scene);
+  const double highest_hz = modes.modes.back().natural_frequency_hz;
+  const auto needed = [&](const fem::Body& body) {
+    return fem::recommended_elements(body, highest_hz, tolerance);
+  };
+
+  const bool open = path.body.elements == 0;
+  fit.elements = !open ? path.body.elements : has_modulus(path.body) ? needed(path.body) : first_elements;
+  fem::Body& body = *std::find_if(fit.scene.bodies.begin(), fit.scene.bodies.end(),
+                                  [&](const fem::Body& other) { return other.name == path.body.name; });
+  for (int round = 0; round < most_rounds; ++round) {
+    const fem::Model model = fem::assemble(path.body, fit.elements);
+    fit.identified = ident::identify_parameters(modes, model, path.drive, path.measurement, options);
+    body.material = ident::apply(fit.identified, path.body.material);
+    if (!open || needed(body) <= fit.elements) break;
+    fit.elements = needed(body);
+  }
+  return fit;
+}
+
+}  // namespace struna::apps
