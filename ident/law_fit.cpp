@@ -1,1 +1,290 @@
 #include "ident/law_fit.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "fem/error.hpp"
+#include "ident/least_squares.hpp"
+
+namespace struna::ident {
+namespace {
+
+using fem::FrequencyLaw;
+using Kind = FrequencyLaw::Kind;
+
+constexpr double infinity = std::numeric_limits<double>::infinity();
+constexpr double indifferent_aicc =
+    2.0;  // two laws closer than this are equally good (Burnham & Anderson 2002, sec. 2.6)
+constexpr int most_knots = 6;
+
+struct Points {
+  Eigen::VectorXd frequency_hz;
+  Eigen::VectorXd value;
+  Eigen::VectorXd sigma;
+
+  int count() const { return static_cast<int>(value.size()); }
+};
+
+void check(const Points& p) {
+  if (p.frequency_hz.size() != p.value.size() || p.sigma.size() != p.value.size()) {
+    throw Error(fmt::format("fit_laws: frequency, value and sigma must have equal length, got {}, {} and {}",
+                            p.frequency_hz.size(), p.value.size(), p.sigma.size()));
+  }
+  if (p.count() == 0) throw Error("fit_laws: at least one point, got none");
+  for (Eigen::Index i = 0; i < p.value.size(); ++i) {
+    const bool positive = p.frequency_hz[i] > 0.0 && p.value[i] > 0.0 && p.sigma[i] > 0.0;
+    if (!positive || !std::isfinite(p.frequency_hz[i] + p.value[i] + p.sigma[i])) {
+      throw Error(fmt::format(
+          "fit_laws: frequency, value and sigma must be positive, got {} Hz, {} and {} at point {}",
+          p.frequency_hz[i], p.value[i], p.sigma[i], i + 1));
+    }
+  }
+}
+
+/// A law in the terms that are fitted: unbounded or boxed numbers of order one.
+///   constant         ln c
+///   power            ln c, n                       (reference frequency: the data's geometric mean, where c
+///   and n part) fractional_zener ln c0, ln ratio, ln f_relax, order monotone_spline  ln of the first knot's
+///   value, then the steps of ln value from knot to knot
+struct Parametrisation {
+  Kind kind = Kind::constant;
+  std::vector<double> knots;  ///< [Hz], monotone_spline
+  double reference_hz = 0.0;  ///< power
+  Eigen::VectorXd start;
+  Eigen::VectorXd lower;
+  Eigen::VectorXd upper;
+};
+
+FrequencyLaw law_of(const Parametrisation& p, const Eigen::VectorXd& x) {
+  FrequencyLaw law;
+  law.kind = p.kind;
+  switch (p.kind) {
+    case Kind::constant:
+      law.parameters = {std::exp(x[0])};
+      break;
+    case Kind::power:
+      law.parameters = {std::exp(x[0]), x[1], p.reference_hz};
+      break;
+    case Kind::fractional_zener:
+      law.parameters = {std::exp(x[0]), std::exp(x[1]), std::exp(x[2]), x[3]};
+      break;
+    case Kind::monotone_spline:
+    case Kind::table: {
+      law.frequency = p.knots;
+      double logarithm = 0.0;
+      for (double step : x) law.value.push_back(std::exp(logarithm += step));
+      break;
+    }
+  }
+  return law;
+}
+
+/// Standard deviations of the law's own parameters from the covariance of the fitted ones.
+Eigen::VectorXd parameter_sigma(const FrequencyLaw& law, const Eigen::MatrixXd& covariance) {
+  const auto sigma = [&](Eigen::Index k) { return std::sqrt(covariance(k, k)); };
+  switch (law.kind) {
+    case Kind::constant:
+      return Eigen::VectorXd::Constant(1, law.parameters[0] * sigma(0));
+    case Kind::power:
+      return Eigen::Vector3d(law.parameters[0] * sigma(0), sigma(1), 0.0);
+    case Kind::fractional_zener:
+      return Eigen::Vector4d(law.parameters[0] * sigma(0), law.parameters[1] * sigma(1),
+                             law.parameters[2] * sigma(2), sigma(3));
+    case Kind::monotone_spline:
+    case Kind::table:
+      break;
+  }
+  Eigen::VectorXd knots(covariance.rows());  // ln value is the running sum of the steps
+  for (Eigen::Index k = 0; k < knots.size(); ++k) {
+    knots[k] =
+        law.value[static_cast<std::size_t>(k)] * std::sqrt(covariance.topLeftCorner(k + 1, k + 1).sum());
+  }
+  return knots;
+}
+
+Eigen::VectorXd log_residuals(const Points& points, const FrequencyLaw& law) {
+  Eigen::VectorXd r(points.count());
+  for (Eigen::Index i = 0; i < r.size(); ++i) {
+    r[i] = std::log(law.at(points.frequency_hz[i]) / points.value[i]) * points.value[i] / points.sigma[i];
+  }
+  return r;
+}
+
+/// Akaike's criterion with Hurvich and Tsai's correction for k parameters and n points. The given sigmas are
+/// a lower limit: -2 ln L for normal errors of s sigma, s the likeliest not below 1. Infinite when n - k < 2.
+double aicc(double chi_square, int n, int k) {
+  if (n - k < 2) return infinity;
+  const double variance = std::max(1.0, chi_square / n);
+  return n * std::log(variance) + chi_square / variance + 2.0 * k + 2.0 * k * (k + 1.0) / (n - k - 1.0);
+}
+
+struct Fitted {
+  LawFit fit;
+  LeastSquaresSolution solution;
+};
+
+Fitted fit_one(const Points& points, const Parametrisation& parametrisation) {
+  LeastSquares problem;
+  problem.residual = [&](const Eigen::VectorXd& x) {
+    return log_residuals(points, law_of(parametrisation, x));
+  };
+  problem.start = parametrisation.start;
+  problem.lower = parametrisation.lower;
+  problem.upper = parametrisation.upper;
+  Fitted result;
+  result.solution = solve_least_squares(problem);
+  LawFit& fit = result.fit;
+  fit.law = law_of(parametrisation, result.solution.x);
+  fit.law.valid_from_hz = points.frequency_hz.minCoeff();
+  fit.law.valid_to_hz = points.frequency_hz.maxCoeff();
+  fit.rms = result.solution.rms();
+  fit.aicc =
+      aicc(result.solution.residual.squaredNorm(), points.count(), static_cast<int>(problem.start.size()));
+  fit.parameter_sigma = std::max(1.0, fit.rms) * parameter_sigma(fit.law, result.solution.covariance);
+  return result;
+}
+
+Parametrisation unbounded(Kind kind, const Eigen::VectorXd& start) {
+  Parametrisation p;
+  p.kind = kind;
+  p.start = start;
+  p.lower = Eigen::VectorXd::Constant(start.size(), -infinity);
+  p.upper = Eigen::VectorXd::Constant(start.size(), infinity);
+  return p;
+}
+
+double mean_log(const Eigen::VectorXd& v) {
+  return v.array().log().mean();
+}
+
+std::optional<LawFit> fit_constant(const Points& points) {
+  return fit_one(points, unbounded(Kind::constant, Eigen::VectorXd::Constant(1, mean_log(points.value)))).fit;
+}
+
+std::optional<LawFit> fit_power(const Points& points) {
+  if (points.count() < 2) return std::nullopt;
+  Parametrisation p = unbounded(Kind::power, Eigen::Vector2d(mean_log(points.value), 0.0));
+  p.reference_hz = std::exp(mean_log(points.frequency_hz));
+  const Fitted fitted = fit_one(points, p);
+  if (!fitted.solution.determined) return std::nullopt;  // all points at one frequency
+  return fitted.fit;
+}
+
+/// Offered only when the points show the relaxation: six of them, no parameter on a bound (an order of 1 is
+/// the classical Zener model and may stand), and each known to within a factor of e or so.
+std::optional<LawFit> fit_fractional_zener(const Points& points, bool rising) {
+  if (points.count() < 6) return std::nullopt;
+  const double f_lo = points.frequency_hz.minCoeff();
+  const double f_hi = points.frequency_hz.maxCoeff();
+  const double span = std::log(points.value.maxCoeff() / points.value.minCoeff());
+  std::optional<Fitted> best;
+  for (double place : {0.25, 0.75}) {
+    for (double order : {0.4, 0.8}) {
+      for (double sign : {1.0, -1.0}) {
+        if (rising && sign < 0.0) continue;
+        const double low = std::log(sign > 0.0 ? points.value.minCoeff() : points.value.maxCoeff());
+        Parametrisation p = unbounded(
+            Kind::fractional_zener,
+            Eigen::Vector4d(low, sign * 1.2 * span, std::log(f_lo) + place * std::log(f_hi / f_lo), order));
+        p.lower << -infinity, rising ? 0.0 : -5.0, std::log(f_lo / 30.0), 0.05;
+        p.upper << infinity, 5.0, std::log(f_hi * 30.0), 1.0;
+        Fitted fitted = fit_one(points, p);
+        if (!best || fitted.solution.residual.squaredNorm() < best->solution.residual.squaredNorm()) {
+          best = std::move(fitted);
+        }
+      }
+    }
+  }
+  const LeastSquaresSolution& solution = best->solution;
+  const bool on_bound = solution.at_bound[1] || solution.at_bound[2] || solution.x[3] <= 0.05;
+  if (on_bound || !solution.determined || !solution.converged) return std::nullopt;
+  const Eigen::Vector4d sigma = std::max(1.0, best->fit.rms) * solution.covariance.diagonal().cwiseSqrt();
+  const bool known = sigma[1] < std::abs(solution.x[1]) && sigma[2] < 1.0 && sigma[3] < 0.5;
+  return known ? std::optional<LawFit>(best->fit) : std::nullopt;
+}
+
+/// About `count` knots: evenly spread over ln f, each moved to the nearest point so that every knot has data.
+std::vector<double> spline_knots(const Points& points, int count) {
+  Eigen::VectorXd sorted = points.frequency_hz;
+  std::sort(sorted.begin(), sorted.end());
+  const double step = std::log(sorted[sorted.size() - 1] / sorted[0]) / (count - 1);
+  std::vector<double> knots;
+  for (int k = 0; k < count; ++k) {
+    const double wanted = std::log(sorted[0]) + k * step;
+    const double nearest = *std::min_element(sorted.begin(), sorted.end(), [&](double a, double b) {
+      return std::abs(std::log(a) - wanted) < std::abs(std::log(b) - wanted);
+    });
+    if (knots.empty() || std::log(nearest / knots.back()) > 0.25 * step) knots.push_back(nearest);
+  }
+  return knots;
+}
+
+std::optional<LawFit> fit_monotone_spline(const Points& points, bool rising) {
+  std::optional<LawFit> best;
+  for (int count = 3; count <= std::min(most_knots, points.count() - 2); ++count) {
+    const std::vector<double> knots = spline_knots(points, count);
+    if (static_cast<int>(knots.size()) != count) continue;
+    Eigen::VectorXd start = Eigen::VectorXd::Zero(count);
+    start[0] = mean_log(points.value);
+    if (rising) start.tail(count - 1).setConstant(1e-3);  // inside the bounds
+    Parametrisation p = unbounded(Kind::monotone_spline, start);
+    p.knots = knots;
+    if (rising) p.lower.tail(count - 1).setZero();
+    const Fitted fitted = fit_one(points, p);
+    if (!fitted.solution.determined) continue;
+    if (!best || fitted.fit.aicc < best->aicc - indifferent_aicc) best = fitted.fit;
+  }
+  return best;
+}
+
+std::optional<LawFit> fit_kind(const Points& points, Kind kind, bool rising) {
+  switch (kind) {
+    case Kind::constant:
+      return fit_constant(points);
+    case Kind::power:
+      return fit_power(points);
+    case Kind::fractional_zener:
+      return fit_fractional_zener(points, rising);
+    case Kind::monotone_spline:
+      return fit_monotone_spline(points, rising);
+    case Kind::table:
+      break;
+  }
+  throw Error("fit_laws: constant, power, fractional_zener or monotone_spline; a table is not fitted");
+}
+
+std::size_t parameter_count(const FrequencyLaw& law) {
+  if (law.kind == Kind::power) return 2;  // the reference frequency is a choice
+  return law.parameters.size() + law.value.size();
+}
+
+}  // namespace
+
+std::vector<LawFit> fit_laws(const Eigen::VectorXd& frequency_hz, const Eigen::VectorXd& value,
+                             const Eigen::VectorXd& sigma, const std::vector<Kind>& kinds, bool rising) {
+  const Points points{frequency_hz, value, sigma};
+  check(points);
+  std::vector<LawFit> fits;
+  for (Kind kind : kinds) {
+    if (const std::optional<LawFit> fit = fit_kind(points, kind, rising)) fits.push_back(*fit);
+  }
+  const auto simpler = [](const LawFit& a, const LawFit& b) {
+    return parameter_count(a.law) < parameter_count(b.law);
+  };
+  std::stable_sort(fits.begin(), fits.end(), simpler);
+  std::stable_sort(fits.begin(), fits.end(),
+                   [](const LawFit& a, const LawFit& b) { return a.aicc < b.aicc; });
+  if (fits.empty()) return fits;
+  const auto worse = std::find_if(fits.begin(), fits.end(), [&](const LawFit& fit) {
+    return fit.aicc > fits.front().aicc + indifferent_aicc;
+  });
+  const auto chosen = std::min_element(fits.begin(), worse, simpler);
+  std::rotate(fits.begin(), chosen, chosen + 1);
+  return fits;
+}
+
+}  // namespace struna::ident

@@ -10,14 +10,22 @@ namespace struna::ident {
 
 struct LawFit {
   fem::FrequencyLaw law;
-  Eigen::VectorXd parameter_sigma;  ///< of law.parameters (0 for the power law's reference frequency), or of law.value
-  double aicc = 0.0;                ///< Akaike's information criterion, corrected for few points (Hurvich & Tsai 1989)
-  double rms = 0.0;                 ///< weighted rms residual per degree of freedom, over sigma
+  Eigen::VectorXd
+      parameter_sigma;  ///< of law.parameters (0 for the power law's reference frequency), or of law.value
+  double aicc = 0.0;    ///< Akaike's information criterion, corrected for few points (Hurvich & Tsai 1989);
+                        ///< infinite when points - parameters < 2
+  double rms = 0.0;     ///< weighted rms residual per degree of freedom, over sigma
 };
 
-/// Fits E(f) or eta(f) at points with standard deviations: every law in `kinds` that the number of points allows
-/// (Ceres, in the logarithm of the value), best AICc first. The monotone spline takes as many knots as AICc likes and, for
-/// `rising`, does not fall.
+/// Fits E(f) or eta(f) at points with standard deviations: every law in `kinds` that the points determine
+/// (Ceres, in the logarithm of the value), best AICc first; but of laws within 2 of the best, the one with
+/// the fewest parameters comes first. The standard deviations are taken as a lower limit: a larger scatter
+/// counts as the scale of the errors.
+///
+/// power needs 2 points, the spline 5, the fractional Zener 6 and a relaxation that the points show
+/// (parameters off their bounds and known to a factor of e); a law that is not offered is absent. The
+/// monotone spline takes 3 to 6 knots, as AICc likes, and, for `rising`, does not fall; neither does a rising
+/// fractional Zener. Throws Error on lengths that differ, values that are not positive, or kind table.
 std::vector<LawFit> fit_laws(const Eigen::VectorXd& frequency_hz, const Eigen::VectorXd& value,
                              const Eigen::VectorXd& sigma, const std::vector<fem::FrequencyLaw::Kind>& kinds,
                              bool rising);
