@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
 #include <complex>
 #include <vector>
 
@@ -20,19 +21,49 @@ struct BandMatrix {
 /// y = A x for each column.
 Eigen::MatrixXd multiply(const BandMatrix& a, const Eigen::MatrixXd& x);
 
-/// L D L^T of a complex symmetric (not Hermitian) band matrix, without pivoting: sound for the damped dynamic stiffness,
-/// whose imaginary part is definite. Reuses its storage from one frequency to the next.
+/// The rows and columns `dof` (increasing) of A.
+BandMatrix submatrix(const BandMatrix& a, const std::vector<int>& dof);
+
+/// L D L^T of complex symmetric (not Hermitian) band matrices, without pivoting: sound for the damped dynamic
+/// stiffness, whose imaginary part is definite (Higham, Accuracy and Stability, 2nd ed., problem 10.8).
+/// Without damping a leading block can be near-singular; solve() then refines once, and a pivot of zero is
+/// reported.
+///
+/// Works on `lanes` frequencies at a time, the innermost index in memory: the loops over lanes are what the
+/// compiler turns into vector instructions on any machine. Real and imaginary parts are kept apart for the
+/// same reason.
 class ComplexBandSolver {
  public:
-  /// Factorises s_k K + s_m M over the dof `free` (increasing). K and M of one size and bandwidth.
-  /// Returns false on a zero pivot (an undamped system exactly at a resonance).
-  bool factorise(const BandMatrix& stiffness, std::complex<double> stiffness_scale, const BandMatrix& mass,
-                 std::complex<double> mass_scale, const std::vector<int>& free);
-  /// Solves in place; rows of `b` follow `free`.
-  void solve(Eigen::MatrixXcd& b) const;
+  static constexpr int lanes = 4;
+  using Scales = std::array<std::complex<double>, lanes>;
+  using Lanes = Eigen::Array<double, lanes, Eigen::Dynamic>;
+  /// A vector per lane.
+  struct Vectors {
+    Lanes re;
+    Lanes im;
+  };
+
+  /// K and M over the same dof, of one size and bandwidth, are kept by reference: they must outlive the
+  /// solver.
+  ComplexBandSolver(const BandMatrix& stiffness, const BandMatrix& mass);
+
+  /// Factorises s_k K + s_m M in each lane. Returns the first lane with a pivot of zero (an undamped system
+  /// exactly at a resonance), or -1.
+  int factorise(const Scales& stiffness_scale, const Scales& mass_scale);
+  /// Solves in place, with one step of iterative refinement when `refine`.
+  void solve(Vectors& b, bool refine = false) const;
 
  private:
-  Eigen::MatrixXcd lower_;
+  void substitute(Vectors& b) const;
+  /// b - (s_k K + s_m M) x.
+  Vectors residual(const Vectors& b, const Vectors& x) const;
+
+  const BandMatrix& stiffness_;
+  const BandMatrix& mass_;
+  Scales stiffness_scale_{};
+  Scales mass_scale_{};
+  Vectors factor_;   ///< L below the diagonal; column (j * (half bandwidth + 1) + k) is entry (j + k, j)
+  Vectors inverse_;  ///< 1/D
 };
 
 }  // namespace struna::fem

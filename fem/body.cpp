@@ -1,1 +1,93 @@
 #include "fem/body.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "fem/error.hpp"
+
+namespace struna::fem {
+namespace {
+
+/// "body 'wire': FIELD must RULE, got VALUE".
+void require(bool holds, const Body& body, const char* field, const char* rule, double value) {
+  if (!holds) throw Error(fmt::format("body '{}': {} must {}, got {:g}", body.name, field, rule, value));
+}
+
+void require_positive(const Body& body, const char* field, double value) {
+  require(value > 0.0 && std::isfinite(value), body, field, "be positive and finite", value);
+}
+
+void require_not_negative(const Body& body, const char* field, double value) {
+  require(value >= 0.0 && std::isfinite(value), body, field, "not be negative", value);
+}
+
+/// Largest angle that one element turns: 10 degrees. The element is exact in statics whatever the angle; this
+/// keeps inertia terms below the Hermite error and the nodes close enough to draw and to probe the curve.
+constexpr double largest_turn = std::numbers::pi / 18.0;
+
+double largest_curvature(const Centreline& centreline) {
+  constexpr int stations = 200;
+  double largest = 0.0;
+  for (int i = 0; i <= stations; ++i) {
+    largest = std::max(largest, centreline.at(centreline.length() * i / stations).curvature.norm());
+  }
+  return largest;
+}
+
+}  // namespace
+
+Section solid_circle(double diameter) {
+  if (!(diameter > 0.0 && std::isfinite(diameter))) {
+    throw Error(fmt::format("solid_circle: diameter must be positive, got {:g} m", diameter));
+  }
+  const double area = std::numbers::pi / 4.0 * diameter * diameter;
+  const double second_moment = area * diameter * diameter / 16.0;
+  return {area, second_moment, 2.0 * second_moment};
+}
+
+Section ring(double outer_diameter, double inner_diameter) {
+  if (!(inner_diameter > 0.0 && outer_diameter > inner_diameter && std::isfinite(outer_diameter))) {
+    throw Error(fmt::format("ring: diameters must satisfy outer > inner > 0, got {:g} and {:g} m",
+                            outer_diameter, inner_diameter));
+  }
+  const Section outer = solid_circle(outer_diameter);
+  const Section inner = solid_circle(inner_diameter);
+  return {outer.area - inner.area, outer.second_moment - inner.second_moment,
+          outer.torsion_constant - inner.torsion_constant};
+}
+
+void validate(const Body& body) {
+  if (body.name.empty()) throw Error("body: name must not be empty");
+  require_positive(body, "area", body.section.area);
+  require_positive(body, "second_moment", body.section.second_moment);
+  require_positive(body, "torsion_constant", body.section.torsion_constant);
+  require_positive(body, "density", body.density);
+  require(body.poisson > -1.0 && body.poisson <= 0.5, body, "poisson", "lie in (-1, 0.5]", body.poisson);
+  require(body.elements >= 0, body, "elements", "not be negative", body.elements);
+  validate(body.material.youngs_modulus, fmt::format("body '{}': youngs_modulus", body.name));
+  validate(body.material.loss_factor, fmt::format("body '{}': loss_factor", body.name), true);
+  require_not_negative(body, "rayleigh.alpha", body.material.rayleigh.alpha);
+  require_not_negative(body, "rayleigh.beta", body.material.rayleigh.beta);
+}
+
+int recommended_elements(const Body& body, double highest_hz, double tolerance) {
+  validate(body);
+  require_positive(body, "highest frequency", highest_hz);
+  require(tolerance > 0.0 && tolerance < 1.0, body, "tolerance", "lie between 0 and 1", tolerance);
+  const double length = body.centreline.length();
+  const double omega = 2.0 * std::numbers::pi * highest_hz;
+  const double bending_stiffness = body.material.youngs_modulus.at(highest_hz) * body.section.second_moment;
+  const double wave =
+      length * std::pow(body.density * body.section.area * omega * omega / bending_stiffness, 0.25);
+  const double by_wave = wave / std::pow(1440.0 * tolerance, 0.25);
+  const double by_turn = length * largest_curvature(body.centreline) / largest_turn;
+  const double elements = std::ceil(std::max({8.0, by_wave, by_turn}));
+  require(elements <= 100000.0, body, "elements for that frequency and tolerance", "stay below 100000",
+          elements);
+  return static_cast<int>(elements);
+}
+
+}  // namespace struna::fem

@@ -6,14 +6,16 @@
 
 namespace struna::fem {
 
-/// A point of a space curve, by arc length s: position r [m], unit tangent dr/ds, curvature vector d2r/ds2 [1/m].
+/// A point of a space curve, by arc length s: position r [m], unit tangent dr/ds, curvature vector d2r/ds2
+/// [1/m].
 struct CurvePoint {
   Eigen::Vector3d position;
   Eigen::Vector3d tangent;
   Eigen::Vector3d curvature;
 };
 
-/// A smooth space curve parametrised by its arc length s in [0, length] [m]. A value: cheap to copy, immutable.
+/// A smooth space curve parametrised by its arc length s in [0, length] [m]. A value: cheap to copy,
+/// immutable.
 class Centreline {
  public:
   class Curve;  ///< the curve behind it: straight, arc or spline (centreline.cpp)
@@ -38,10 +40,10 @@ Centreline straight_line(const Eigen::Vector3d& from, const Eigen::Vector3d& to)
 /// `angle` [rad], 0 < angle < 2 pi.
 Centreline circular_arc(double length, double angle);
 
-/// Natural cubic spline in chord-length parameter through `points` [m] (de Boor, A Practical Guide to Splines,
-/// ch. IV), scaled about its first point to `length` [m] when that is positive. Two points give a straight line;
-/// so do collinear points in order. Throws Error on fewer than two points, coincident neighbours or values that
-/// are not finite.
+/// Natural cubic spline in chord-length parameter through `points` [m] (de Boor, A Practical Guide to
+/// Splines, ch. IV), scaled about its first point to `length` [m] when that is positive. Two points give a
+/// straight line; so do collinear points in order. Throws Error on fewer than two points, coincident
+/// neighbours or values that are not finite.
 Centreline spline_through(const std::vector<Eigen::Vector3d>& points, double length = 0.0);
 
 }  // namespace struna::fem

@@ -6,8 +6,8 @@
 
 namespace struna::fem {
 
-/// K1 phi = lambda M phi over the free dof, ascending: lambda = omega^2/E [1/(Pa s^2)]; shapes mass-normalised, rows over
-/// all dof (zero at held ones).
+/// K1 phi = lambda M phi over the free dof, ascending: lambda = omega^2/E [1/(Pa s^2)]; shapes
+/// mass-normalised, rows over all dof (zero at held ones).
 struct Eigenmodes {
   Eigen::VectorXd eigenvalue;
   Eigen::MatrixXd shape;  ///< dof x modes

@@ -34,11 +34,13 @@ struct Measurement {
   std::vector<Eigen::Vector3d> directions;  ///< unit vectors, one output each
 };
 
-/// Output over drive, per line and output: force/motion [N/m], displacement/force [m/N], displacement/motion or force/force [-].
+/// Output over drive, per line and output: force/motion [N/m], displacement/force [m/N], displacement/motion
+/// or force/force [-].
 struct HarmonicResponse {
-  Eigen::VectorXd frequency_hz;      ///< > 0
-  Eigen::MatrixXcd response;         ///< lines x outputs
-  Eigen::MatrixXd mesh_error;        ///< estimated |error| of the mesh at hand, same shape; empty when not asked for
+  Eigen::VectorXd frequency_hz;  ///< > 0
+  Eigen::MatrixXcd response;     ///< lines x outputs
+  Eigen::MatrixXd
+      mesh_error;  ///< estimated |error| of the mesh at hand, same shape; empty when not asked for
 };
 
 struct HarmonicOptions {
@@ -46,16 +48,16 @@ struct HarmonicOptions {
   bool estimate_mesh_error = false;  ///< solves on twice the elements as well: |difference| 16/15
 };
 
-/// Steady state (6), (7): K = E(f) K1 (1 + i eta(f)) or C = alpha M + beta K; prescribed dof partitioned, C acting on
-/// absolute velocities. One complex banded factorisation per line. Throws Error where a drive or measured
-/// support is not held in the driven or measured direction, or a frequency is not positive.
+/// Steady state (6), (7): K = E(f) K1 (1 + i eta(f)) or C = alpha M + beta K; prescribed dof partitioned, C
+/// acting on absolute velocities. One complex banded factorisation per line. Throws Error where a drive or
+/// measured support is not held in the driven or measured direction, or a frequency is not positive.
 HarmonicResponse harmonic_response(const Model& model, const Drive& drive, const Measurement& measurement,
                                    const Eigen::VectorXd& frequency_hz, const HarmonicOptions& options = {});
 
 /// Modal constants of the same function in the form in which a hysteretic mode is an exact circle,
-/// H = ... + C_r/(omega_r^2(1 + i eta) - omega^2): apparent mass (force/motion), receptance (displacement/force).
-/// modes x outputs, real: for force/motion C_r = omega_r^2 G_out G_in with G the participation; for
-/// displacement/force phi_out phi_in. omega_r from `youngs_modulus`.
+/// H = ... + C_r/(omega_r^2(1 + i eta) - omega^2): apparent mass (force/motion), receptance
+/// (displacement/force). modes x outputs, real: for force/motion C_r = omega_r^2 G_out G_in with G the
+/// participation; for displacement/force phi_out phi_in. omega_r from `youngs_modulus`.
 Eigen::MatrixXd modal_constants(const Model& model, const Eigenmodes& modes, const Drive& drive,
                                 const Measurement& measurement, const FrequencyLaw& youngs_modulus);
 

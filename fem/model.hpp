@@ -11,12 +11,12 @@ namespace struna::fem {
 /// The discretised body: matrices over all dof, supports included (6 per node, node-major), for unit modulus.
 struct Model {
   Body body;
-  std::vector<double> arc_length;           ///< of the nodes [m], elements + 1 of them
-  std::vector<Eigen::Vector3d> position;    ///< of the nodes [m]
-  BandMatrix stiffness;                     ///< K1: K = E(f) K1
+  std::vector<double> arc_length;         ///< of the nodes [m], elements + 1 of them
+  std::vector<Eigen::Vector3d> position;  ///< of the nodes [m]
+  BandMatrix stiffness;                   ///< K1: K = E(f) K1
   BandMatrix mass;
-  std::vector<int> free_dof;                ///< increasing
-  std::vector<int> held_dof;                ///< increasing; the dof that supports hold
+  std::vector<int> free_dof;  ///< increasing
+  std::vector<int> held_dof;  ///< increasing; the dof that supports hold
 
   int dof_count() const { return 6 * static_cast<int>(arc_length.size()); }
 };
@@ -29,8 +29,8 @@ enum class End { start, end };
 /// First of the six dof of the node at an end.
 int first_dof(const Model& model, End end);
 
-/// Where a fraction of the arc length (0..1) lies: weights w over all dof so that (w . q) is the displacement there
-/// along the unit vector `direction` (the element's shape functions; exact at nodes).
+/// Where a fraction of the arc length (0..1) lies: weights w over all dof so that (w . q) is the displacement
+/// there along the unit vector `direction` (the element's shape functions; exact at nodes).
 Eigen::VectorXd point_functional(const Model& model, double fraction, const Eigen::Vector3d& direction);
 
 }  // namespace struna::fem
