@@ -1,1 +1,150 @@
 #include "ident/csv.hpp"
+
+// Reading ahead in a second thread gains nothing on a file in the page cache and would use a second core.
+#define CSV_IO_NO_THREAD
+#include <fmt/format.h>
+#include <libfccp/csv.h>
+
+#include <cerrno>
+#include <charconv>
+#include <cmath>
+#include <cstdlib>
+#include <cstring>
+#include <filesystem>
+
+#include "fem/error.hpp"
+
+#if defined(__GNUC__) && !defined(__clang__)
+// The library's own error type cuts file names at 255 characters with strncpy and ends them by hand.
+#pragma GCC diagnostic ignored "-Wstringop-truncation"
+#endif
+
+namespace struna::ident {
+namespace {
+
+void split(const char* line, std::vector<std::string_view>& fields) {
+  fields.clear();
+  const char* const end = line + std::strlen(line);
+  for (const char* begin = line;;) {
+    const char* comma =
+        static_cast<const char*>(std::memchr(begin, ',', static_cast<std::size_t>(end - begin)));
+    fields.emplace_back(begin, static_cast<std::size_t>((comma ? comma : end) - begin));
+    if (!comma) return;
+    begin = comma + 1;
+  }
+}
+
+bool blank(const char* line) {
+  return line[std::strspn(line, " \t")] == '\0';
+}
+
+/// A number out of the whole text, with the blanks and the leading '+' that from_chars does not take.
+bool parse_tolerantly(std::string_view text, double& value) {
+  text = trimmed(text);
+  if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
+  const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (end != text.data() + text.size()) return false;
+  // Too small for a double reads as zero, too large as infinity, as strtod has it.
+  if (fault == std::errc::result_out_of_range) value = std::strtod(std::string(text).c_str(), nullptr);
+  return fault == std::errc() || fault == std::errc::result_out_of_range;
+}
+
+}  // namespace
+
+struct CsvReader::State {
+  std::string file;
+  io::LineReader lines;
+  std::vector<ColumnHeader> header;
+
+  explicit State(const std::string& name) : file(name), lines(open(name)) {}
+
+  static io::LineReader open(const std::string& name) {
+    if (std::filesystem::is_directory(name)) throw Error(name, 0, "is a folder, a CSV file is needed");
+    std::FILE* stream = std::fopen(name.c_str(), "rb");
+    if (!stream) throw Error(name, 0, fmt::format("cannot be opened: {}", std::strerror(errno)));
+    return io::LineReader(name, stream);
+  }
+
+  long line() const { return static_cast<long>(lines.get_file_line()); }
+
+  const char* next_line() {
+    try {
+      return lines.next_line();
+    } catch (const io::error::line_length_limit_exceeded&) {
+      throw Error(file, line(), "a line is longer than 16 MiB: this is no CSV file");
+    }
+  }
+};
+
+CsvReader::CsvReader(const std::string& file) : state_(std::make_unique<State>(file)) {
+  const char* line = state_->next_line();
+  if (!line || blank(line))
+    throw Error(file, 1, "no header row: the first line must name the columns, 'name [unit]'");
+  std::vector<std::string_view> fields;
+  split(line, fields);
+  if (fields.size() == 1 && std::strpbrk(line, ";\t"))
+    throw Error(file, 1, "columns are separated by ';' or tabs: they must be separated by commas");
+  for (const auto& field : fields) {
+    ColumnHeader column = parse_column_header(std::string(field));
+    if (!column.name.empty() && find(column.name) >= 0)
+      throw Error(file, 1, fmt::format("two columns are named '{}': names must differ", column.name));
+    state_->header.push_back(std::move(column));
+  }
+}
+
+CsvReader::~CsvReader() = default;
+CsvReader::CsvReader(CsvReader&&) noexcept = default;
+
+const std::string& CsvReader::file() const {
+  return state_->file;
+}
+const std::vector<ColumnHeader>& CsvReader::header() const {
+  return state_->header;
+}
+long CsvReader::line() const {
+  return state_->line();
+}
+
+int CsvReader::find(const std::string& name) const {
+  for (std::size_t i = 0; i < state_->header.size(); ++i)
+    if (state_->header[i].name == name) return static_cast<int>(i);
+  return -1;
+}
+
+int CsvReader::column(const std::string& name) const {
+  const int index = find(name);
+  if (index >= 0) return index;
+  std::string there;
+  for (const auto& column : state_->header) there += (there.empty() ? "" : ", ") + column.name;
+  throw Error(file(), 1, fmt::format("no column '{}': there are {}", name, there));
+}
+
+bool CsvReader::next(std::vector<std::string_view>& fields) {
+  const char* text = state_->next_line();
+  if (!text) return false;
+  split(text, fields);
+  if (fields.size() == state_->header.size() && !(fields.size() == 1 && blank(text))) return true;
+  if (!blank(text))
+    throw Error(file(), line(),
+                fmt::format("{} fields, the header has {}", fields.size(), state_->header.size()));
+  const long first_blank = line();
+  while ((text = state_->next_line()))
+    if (!blank(text)) throw Error(file(), first_blank, "an empty line between rows: take it out");
+  return false;
+}
+
+double CsvReader::number(const std::vector<std::string_view>& fields, int column) const {
+  const std::string_view text = fields[static_cast<std::size_t>(column)];
+  double value = 0.0;
+  const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
+  const bool read =
+      (fault == std::errc() && end == text.data() + text.size()) || parse_tolerantly(text, value);
+  if (read && std::isfinite(value)) return value;
+  const std::string& name = state_->header[static_cast<std::size_t>(column)].name;
+  if (trimmed(text).empty())
+    throw Error(file(), line(), fmt::format("column '{}' is empty: a number is needed", name));
+  throw Error(file(), line(),
+              fmt::format("column '{}' holds '{}': a finite number is needed", name, text.substr(0, 40)));
+}
+
+}  // namespace struna::ident

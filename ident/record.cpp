@@ -1,1 +1,262 @@
 #include "ident/record.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+#include <cstdio>
+
+#include "fem/error.hpp"
+#include "ident/atomic_file.hpp"
+#include "ident/csv.hpp"
+
+namespace struna::ident {
+namespace {
+
+/// The place value of the last digit written: 1e-3 for "0.125", 10 for "1.2e2".
+double written_resolution(std::string_view text) {
+  const auto exponent_at = text.find_first_of("eE");
+  int exponent = 0;
+  if (exponent_at != std::string_view::npos) {
+    const char* begin = text.data() + exponent_at + 1;
+    const char* end = text.data() + text.size();
+    if (begin < end && *begin == '+') ++begin;
+    std::from_chars(begin, end, exponent);
+  }
+  const std::string_view mantissa = trimmed(text.substr(0, exponent_at));
+  const auto point = mantissa.find('.');
+  const int decimals = point == std::string_view::npos ? 0 : static_cast<int>(mantissa.size() - point - 1);
+  return std::pow(10.0, exponent - decimals);
+}
+
+/// Watches a time column: increasing, uniform.
+class Clock {
+ public:
+  Clock(const CsvReader& csv, const std::string& file) : column_(csv.column("time")) {
+    const auto& unit = csv.header()[static_cast<std::size_t>(column_)].unit;
+    if (unit.empty()) throw Error(file, 1, "the time column has no unit: write 'time [s]'");
+    const Unit parsed = unit_in_header(file, unit);
+    if (parsed.quantity != Quantity::time)
+      throw Error(file, 1, fmt::format("the time column's unit is '{}': s, ms and us are understood", unit));
+    to_si_ = parsed.to_si;
+  }
+
+  static Unit unit_in_header(const std::string& file, const std::string& unit) {
+    try {
+      return parse_unit(unit);
+    } catch (const Error& error) {
+      throw Error(file, 1, error.what());
+    }
+  }
+
+  void tick(const CsvReader& csv, const std::vector<std::string_view>& fields) {
+    const double time = csv.number(fields, column_) * to_si_;
+    if (rows_ == 0) {
+      start_ = time;
+    } else {
+      const double step = time - now_;
+      const double expected = rows_ == 1 ? step : sample_interval();
+      if (!(step > 0.0) || std::abs(step - expected) > 0.01 * expected)
+        examine(csv, fields[static_cast<std::size_t>(column_)], time, step, expected);
+    }
+    now_ = time;
+    ++rows_;
+  }
+
+  long rows() const { return rows_; }
+  double start() const { return start_; }
+  double sample_interval() const {
+    return rows_ < 2 ? 0.0 : (now_ - start_) / static_cast<double>(rows_ - 1);
+  }
+
+ private:
+  void examine(const CsvReader& csv, std::string_view text, double time, double step, double expected) const {
+    if (!(step > 0.0))
+      throw Error(
+          csv.file(), csv.line(),
+          fmt::format(
+              "time goes from {:.10g} s to {:.10g} s: it must increase; sort the rows, drop repeated ones, "
+              "or write time with more digits",
+              now_, time));
+    // Both times of the step are rounded, and so are the ends of the span behind the expected one.
+    constexpr double single_precision = 6e-8;
+    const double rounding = written_resolution(text) * to_si_ + 2.0 * single_precision * std::abs(time);
+    const double unresolved = rounding * (1.0 + 1.0 / static_cast<double>(std::max(1L, rows_ - 1)));
+    if (std::abs(step - expected) <= 0.01 * expected + std::min(unresolved, 0.75 * expected)) return;
+    throw Error(
+        csv.file(), csv.line(),
+        fmt::format(
+            "a time step of {:.6g} s where {:.6g} s is expected: sampling must be uniform; fill the gap or "
+            "resample the record, or write time with more digits",
+            step, expected));
+  }
+
+  int column_;
+  double to_si_ = 1.0;
+  long rows_ = 0;
+  double start_ = 0.0;
+  double now_ = 0.0;
+};
+
+struct Source {
+  int column = 0;
+  double factor = 1.0;
+};
+
+void check(const std::string& name, const ChannelCorrection& correction) {
+  const auto refuse = [&](const char* rule, double value) {
+    throw Error(fmt::format("correction of channel '{}': {}, got {}", name, rule, value));
+  };
+  if (!std::isfinite(correction.sensitivity) || correction.sensitivity == 0.0)
+    refuse("sensitivity must be finite and not zero", correction.sensitivity);
+  if (std::abs(correction.sign) != 1.0) refuse("sign must be 1 or -1", correction.sign);
+  if (!std::isfinite(correction.delay)) refuse("delay must be finite", correction.delay);
+}
+
+}  // namespace
+
+struct RecordReader::State {
+  CsvReader csv;
+  Clock clock;
+  std::vector<Channel> channels;
+  std::vector<Source> sources;
+  std::vector<std::string_view> fields;
+
+  explicit State(const std::string& file) : csv(file), clock(csv, file) {}
+
+  void add_channel(const std::string& name, const ChannelCorrection& correction) {
+    check(name, correction);
+    const int column = csv.column(name);
+    const std::string& written = csv.header()[static_cast<std::size_t>(column)].unit;
+    const std::string& unit = correction.unit.empty() ? written : correction.unit;
+    if (unit.empty())
+      throw Error(
+          csv.file(), 1,
+          fmt::format("column '{}' has no unit: write '{} [N]', say, or give a unit in its correction", name,
+                      name));
+    const Unit parsed = Clock::unit_in_header(csv.file(), unit);
+    channels.push_back({name, parsed.quantity, correction.delay});
+    sources.push_back({column, parsed.to_si * correction.sensitivity * correction.sign});
+  }
+};
+
+RecordReader::RecordReader(const std::string& file, const std::vector<std::string>& columns,
+                           const std::map<std::string, ChannelCorrection>& corrections)
+    : state_(std::make_unique<State>(file)) {
+  for (const auto& [name, correction] : corrections)
+    if (std::find(columns.begin(), columns.end(), name) == columns.end())
+      throw Error(fmt::format("correction of channel '{}': it is not among the columns used ({})", name,
+                              fmt::join(columns, ", ")));
+  for (const auto& name : columns) {
+    const auto correction = corrections.find(name);
+    state_->add_channel(name, correction == corrections.end() ? ChannelCorrection{} : correction->second);
+  }
+}
+
+RecordReader::~RecordReader() = default;
+RecordReader::RecordReader(RecordReader&&) noexcept = default;
+
+const std::vector<Channel>& RecordReader::channels() const {
+  return state_->channels;
+}
+double RecordReader::sample_interval() const {
+  return state_->clock.sample_interval();
+}
+double RecordReader::start() const {
+  return state_->clock.start();
+}
+
+long RecordReader::read(Eigen::MatrixXd& block, long rows) {
+  const long columns = static_cast<long>(state_->sources.size());
+  if (block.rows() < rows || block.cols() != columns) block.resize(rows, columns);
+  long row = 0;
+  while (row < rows && state_->csv.next(state_->fields)) {
+    state_->clock.tick(state_->csv, state_->fields);
+    for (long k = 0; k < columns; ++k) {
+      const Source& source = state_->sources[static_cast<std::size_t>(k)];
+      block(row, k) = source.factor * state_->csv.number(state_->fields, source.column);
+    }
+    ++row;
+  }
+  if (row < rows && state_->clock.rows() < 2)
+    throw Error(state_->csv.file(), 0,
+                fmt::format("has {} data row(s): a record needs at least 2", state_->clock.rows()));
+  return row;
+}
+
+RecordExtent record_extent(const std::string& file) {
+  RecordExtent extent;
+  {
+    RecordReader head(file, {});
+    Eigen::MatrixXd nothing;
+    head.read(nothing, 1000);
+    extent.sample_interval = head.sample_interval();
+  }
+  const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(file.c_str(), "rb"), std::fclose);
+  if (!stream) throw Error(file, 0, "cannot be opened");
+  std::vector<char> buffer(1 << 18);
+  long line_ends = 0;         // so far
+  long before_last_text = 0;  // those before the last character that is not blank
+  while (const auto size = static_cast<long>(std::fread(buffer.data(), 1, buffer.size(), stream.get()))) {
+    long text_end = size;
+    while (text_end > 0 && std::string_view(" \t\r\n").find(buffer[static_cast<std::size_t>(text_end - 1)]) !=
+                               std::string_view::npos)
+      --text_end;
+    const long in_text = std::count(buffer.begin(), buffer.begin() + text_end, '\n');
+    if (text_end > 0) before_last_text = line_ends + in_text;
+    line_ends += in_text + std::count(buffer.begin() + text_end, buffer.begin() + size, '\n');
+  }
+  extent.samples = before_last_text;  // the header's line end stands for the last row's
+  return extent;
+}
+
+Record read_record(const std::string& file, const std::vector<std::string>& columns,
+                   const std::map<std::string, ChannelCorrection>& corrections) {
+  RecordReader reader(file, columns, corrections);
+  Record record;
+  record.channels = reader.channels();
+  record.samples.resize(record_extent(file).samples, static_cast<long>(columns.size()));
+  Eigen::MatrixXd block;
+  long rows = 0;
+  while (const long got = reader.read(block, 4096)) {
+    if (rows + got > record.samples.rows())
+      record.samples.conservativeResize(2 * (rows + got), Eigen::NoChange);
+    record.samples.middleRows(rows, got) = block.topRows(got);
+    rows += got;
+  }
+  record.samples.conservativeResize(rows, Eigen::NoChange);
+  record.start = reader.start();
+  record.sample_interval = reader.sample_interval();
+  return record;
+}
+
+void write_record(const Record& record, const std::string& file) {
+  if (static_cast<long>(record.channels.size()) != record.samples.cols())
+    throw Error(fmt::format("write_record: {} channels but {} columns of samples", record.channels.size(),
+                            record.samples.cols()));
+  if (!(record.sample_interval > 0.0))
+    throw Error(
+        fmt::format("write_record: sample interval must be positive, got {}", record.sample_interval));
+  fmt::memory_buffer text;
+  const auto out = std::back_inserter(text);
+  fmt::format_to(out, "time [s]");
+  for (const Channel& channel : record.channels) {
+    const std::string unit = si_unit(channel.quantity);
+    if (unit.empty())
+      throw Error(fmt::format("write_record: channel '{}' has no known quantity", channel.name));
+    if (channel.delay != 0.0)
+      throw Error(fmt::format("write_record: channel '{}' has a delay of {} s, which a file cannot tell",
+                              channel.name, channel.delay));
+    fmt::format_to(out, ",{} [{}]", channel.name, unit);
+  }
+  fmt::format_to(out, "\n");
+  for (long i = 0; i < record.samples.rows(); ++i) {
+    fmt::format_to(out, "{:.12g}", record.start + static_cast<double>(i) * record.sample_interval);
+    for (long k = 0; k < record.samples.cols(); ++k) fmt::format_to(out, ",{:.9g}", record.samples(i, k));
+    fmt::format_to(out, "\n");
+  }
+  write_atomically(file, std::string_view(text.data(), text.size()));
+}
+
+}  // namespace struna::ident

@@ -1,1 +1,415 @@
 #include "ident/spectra.hpp"
+
+#include <fftw3.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <mutex>
+#include <numbers>
+
+#include "fem/error.hpp"
+#include "ident/hit.hpp"
+
+namespace struna::ident {
+namespace {
+
+constexpr double segments_per_duration = 7.5;
+constexpr double longest_segment = 100.0;    // [s], so that memory stays bounded however long the record
+constexpr double passing_excitation = 0.25;  // participation below: see Averager::participation
+constexpr long fewest_samples = 16;          // of a segment
+
+/// Real transform of a fixed length. FFTW_ESTIMATE: the same digits in every run.
+class Fft {
+ public:
+  explicit Fft(long length)
+      : length_(length),
+        in_(fftw_alloc_real(static_cast<std::size_t>(length))),
+        out_(fftw_alloc_complex(static_cast<std::size_t>(length / 2 + 1))) {
+    const std::lock_guard lock(planner());
+    plan_ = fftw_plan_dft_r2c_1d(static_cast<int>(length), in_, out_, FFTW_ESTIMATE);
+  }
+  ~Fft() {
+    const std::lock_guard lock(planner());
+    fftw_destroy_plan(plan_);
+    fftw_free(in_);
+    fftw_free(out_);
+  }
+  Fft(const Fft&) = delete;
+  Fft& operator=(const Fft&) = delete;
+
+  Eigen::Map<Eigen::VectorXd> input() { return {in_, length_}; }
+  Eigen::Map<const Eigen::VectorXcd> transform() {
+    fftw_execute(plan_);
+    return {reinterpret_cast<const std::complex<double>*>(out_), length_ / 2 + 1};
+  }
+
+ private:
+  static std::mutex& planner() {  // FFTW's planner is not thread-safe
+    static std::mutex mutex;
+    return mutex;
+  }
+  long length_;
+  double* in_;
+  fftw_complex* out_;
+  fftw_plan plan_ = nullptr;
+};
+
+/// Sums of products of segment spectra; column 0 of a segment is the input.
+class Averager {
+ public:
+  Averager(long length, long channels)
+      : fft_(length),
+        spectrum_(length / 2 + 1, channels),
+        auto_(Eigen::MatrixXd::Zero(length / 2 + 1, channels)),
+        cross_(Eigen::MatrixXcd::Zero(length / 2 + 1, channels - 1)),
+        square_(Eigen::VectorXd::Zero(length / 2 + 1)) {}
+
+  void add(const Eigen::MatrixXd& segment, const Eigen::RowVectorXd& offset, const Eigen::VectorXd& taper) {
+    for (long k = 0; k < segment.cols(); ++k) {
+      fft_.input() = (segment.col(k).array() - offset[k]) * taper.array();
+      spectrum_.col(k) = fft_.transform();
+      auto_.col(k) += spectrum_.col(k).cwiseAbs2();
+      if (k > 0) cross_.col(k - 1) += spectrum_.col(0).conjugate().cwiseProduct(spectrum_.col(k));
+    }
+    square_ += spectrum_.col(0).cwiseAbs2().cwiseAbs2();
+    taper_power_ += taper.squaredNorm();
+    ++segments_;
+  }
+
+  /// The share of the segments that carry a line's input power, (sum p)^2 / (K sum p^2) with p = |X|^2, as a
+  /// mean over the lines weighted by amplitude. Steady excitation has 1, normal noise about 1/2, a sweep that
+  /// passes a line in one or two of K segments 1/K to 2/K.
+  double participation() const {
+    double sum = 0.0;
+    double weight = 0.0;
+    for (long i = 1; i < square_.size(); ++i) {
+      if (square_[i] == 0.0) continue;
+      const double power = auto_(i, 0);
+      sum += std::sqrt(power) * power * power / (static_cast<double>(segments_) * square_[i]);
+      weight += std::sqrt(power);
+    }
+    return weight > 0.0 ? sum / weight : 1.0;
+  }
+
+  long segments() const { return segments_; }
+
+  /// One-sided densities: |X|^2 dt / sum w^2, doubled but for the lines that have no negative twin.
+  void write_densities(double sample_interval, long length, Spectra& spectra) const {
+    Eigen::VectorXd scale = Eigen::VectorXd::Constant(auto_.rows(), 2.0 * sample_interval / taper_power_);
+    scale[0] *= 0.5;
+    if (length % 2 == 0) scale[scale.size() - 1] *= 0.5;
+    spectra.input_auto = scale.cwiseProduct(auto_.col(0));
+    spectra.output_auto = scale.asDiagonal() * auto_.rightCols(cross_.cols());
+    spectra.cross = scale.asDiagonal() * cross_;
+  }
+
+ private:
+  Fft fft_;
+  Eigen::MatrixXcd spectrum_;
+  Eigen::MatrixXd auto_;
+  Eigen::MatrixXcd cross_;
+  Eigen::VectorXd square_;  ///< sum of |X|^4
+  double taper_power_ = 0.0;
+  long segments_ = 0;
+};
+
+/// One record of the setup, wherever it is.
+struct Rows {
+  std::function<long(Eigen::MatrixXd&, long)> read;
+  std::function<double()> sample_interval;  ///< after reading
+};
+struct Repeat {
+  std::string name;
+  RecordExtent extent;
+  std::function<Rows()> open;
+  double duration() const { return static_cast<double>(extent.samples) * extent.sample_interval; }
+};
+
+struct Plan {
+  Window window = Window::hann;
+  bool whole = false;  ///< one segment per record
+  long length = 0;     ///< of a segment
+  long hop = 0;
+};
+
+void check(const WelchOptions& options) {
+  const auto refuse = [](const std::string& what) { throw Error("welch_spectra: " + what); };
+  if (!(options.resolution_hz >= 0.0) || !std::isfinite(options.resolution_hz))
+    refuse(fmt::format("resolution must be positive, or 0 for automatic, got {}", options.resolution_hz));
+  if (!(options.overlap >= 0.0 && options.overlap <= 0.9))
+    refuse(fmt::format("overlap must be in [0, 0.9], got {}", options.overlap));
+  if (!(options.exponential_end > 0.0 && options.exponential_end < 1.0))
+    refuse(fmt::format("exponential_end must be in (0, 1), got {}", options.exponential_end));
+  if (options.impact && options.window == Window::hann)
+    refuse("a Hann window would suppress the hit of an impact test: use rectangular or exponential");
+  if (!options.impact && options.window == Window::exponential)
+    refuse(
+        "an exponential window is for impact tests only: set impact (--impact), or use hann or rectangular");
+}
+
+std::vector<std::string> columns_of(const std::string& input, const std::vector<std::string>& outputs) {
+  if (outputs.empty()) throw Error("welch_spectra: at least one output is needed");
+  std::vector<std::string> columns{input};
+  for (const auto& output : outputs) {
+    if (std::find(columns.begin(), columns.end(), output) != columns.end())
+      throw Error(fmt::format("welch_spectra: column '{}' is named twice among input and outputs", output));
+    columns.push_back(output);
+  }
+  return columns;
+}
+
+Plan plan_whole(const std::vector<Repeat>& repeats, const WelchOptions& options) {
+  Plan plan{options.window == Window::exponential ? Window::exponential : Window::rectangular, true, 0, 0};
+  for (const Repeat& repeat : repeats) plan.length = std::max(plan.length, repeat.extent.samples);
+  if (options.impact && options.resolution_hz > 0.0)
+    plan.length = std::lround(1.0 / (options.resolution_hz * repeats[0].extent.sample_interval));
+  return plan;
+}
+
+Plan plan_segments(const std::vector<Repeat>& repeats, const WelchOptions& options) {
+  double duration = options.resolution_hz > 0.0 ? 1.0 / options.resolution_hz : 0.0;
+  if (duration == 0.0) {
+    for (const Repeat& repeat : repeats) duration += repeat.duration() / segments_per_duration;
+    for (const Repeat& repeat : repeats) duration = std::min({duration, repeat.duration(), longest_segment});
+  }
+  Plan plan;
+  plan.length = std::lround(duration / repeats[0].extent.sample_interval);
+  if (options.resolution_hz == 0.0)  // rounding must not ask for a sample more than there is
+    for (const Repeat& repeat : repeats) plan.length = std::min(plan.length, repeat.extent.samples);
+  if (options.window == Window::rectangular)
+    plan.window = Window::rectangular;
+  else
+    plan.length = smooth_length(plan.length);
+  plan.hop = std::max(1L, std::lround(static_cast<double>(plan.length) * (1.0 - options.overlap)));
+  return plan;
+}
+
+void check(const Plan& plan, const std::vector<Repeat>& repeats) {
+  const double dt = repeats[0].extent.sample_interval;
+  for (const Repeat& repeat : repeats) {
+    if (std::abs(repeat.extent.sample_interval / dt - 1.0) > 1e-3)
+      throw Error(
+          repeat.name, 0,
+          fmt::format("has a sample interval of {:.6g} s, {} has {:.6g} s: repeats must be sampled alike",
+                      repeat.extent.sample_interval, repeats[0].name, dt));
+    const bool too_short =
+        plan.whole ? repeat.extent.samples < fewest_samples : repeat.extent.samples < plan.length;
+    if (plan.length < fewest_samples || too_short)
+      throw Error(repeat.name, 0,
+                  fmt::format("{} samples ({:.4g} s) are too short for segments of {} samples ({:.4g} Hz), "
+                              "of which at least {} are "
+                              "needed: record for longer, or ask for a coarser resolution",
+                              repeat.extent.samples, repeat.duration(), plan.length,
+                              1.0 / (static_cast<double>(std::max(1L, plan.length)) * dt), fewest_samples));
+  }
+}
+
+/// Streams a record through a buffer of one segment; returns the number of segments.
+long add_segments(const Repeat& repeat, Rows& rows, const Plan& plan, const Eigen::VectorXd& taper,
+                  long channels, Averager& averager) {
+  Eigen::MatrixXd segment(plan.length, channels);
+  Eigen::MatrixXd block;
+  long filled = 0;
+  long segments = 0;
+  while (const long got = rows.read(block, std::min(4096L, plan.length - filled))) {
+    segment.middleRows(filled, got) = block.topRows(got);
+    filled += got;
+    if (filled < plan.length) continue;
+    averager.add(segment, segment.colwise().mean(), taper);
+    ++segments;
+    filled = plan.length - plan.hop;
+    for (long k = 0; k < channels; ++k) {
+      double* const column = segment.col(k).data();
+      std::copy(column + plan.hop, column + plan.length, column);
+    }
+  }
+  if (segments == 0) throw Error(repeat.name, 0, "has changed while it was read");
+  return segments;
+}
+
+Eigen::MatrixXd read_all(const Repeat& repeat, Rows& rows, long channels) {
+  Eigen::MatrixXd samples(repeat.extent.samples, channels);
+  Eigen::MatrixXd block;
+  long filled = 0;
+  while (const long got = rows.read(block, 4096)) {
+    if (filled + got > samples.rows()) throw Error(repeat.name, 0, "has changed while it was read");
+    samples.middleRows(filled, got) = block.topRows(got);
+    filled += got;
+  }
+  return samples.topRows(filled);
+}
+
+/// The whole record as one segment, at rest values taken out, followed by zeros up to the plan's length.
+void add_whole(const Repeat& repeat, Rows& rows, const Plan& plan, const WelchOptions& options, long channels,
+               Averager& averager, Spectra& spectra) {
+  Eigen::MatrixXd samples = read_all(repeat, rows, channels);
+  Eigen::VectorXd taper = Eigen::VectorXd::Ones(plan.length);
+  if (options.impact) {
+    if (samples.rows() > plan.length) samples = samples.topRows(plan.length).eval();
+    const Hit hit = find_hit(samples.col(0));
+    samples.rowwise() -= rest_values(samples, hit);
+    if (hit.second)
+      spectra.warnings.push_back(repeat.name + ": a second hit follows the first one: leave this record out");
+    if (plan.window == Window::exponential) {
+      if (spectra.exponential_decay == 0.0)
+        spectra.exponential_decay =
+            -std::log(options.exponential_end) /
+            (static_cast<double>(plan.length - hit.start) * repeat.extent.sample_interval);
+      taper = exponential_window(plan.length, hit.start, spectra.exponential_decay,
+                                 repeat.extent.sample_interval);
+    }
+    const Eigen::VectorXd tail =
+        (samples.bottomRows(samples.rows() / 20).array().square().colwise().mean()).sqrt();
+    const Eigen::VectorXd peak = samples.cwiseAbs().colwise().maxCoeff();
+    for (long k = 1; k < channels && plan.window == Window::rectangular; ++k)
+      if (tail[k] > 0.05 * peak[k])
+        spectra.warnings.push_back(fmt::format(
+            "{}: output {} still moves when the record ends: use an exponential window", repeat.name, k));
+  } else {
+    samples.rowwise() -= samples.colwise().mean().eval();
+  }
+  Eigen::MatrixXd segment = Eigen::MatrixXd::Zero(plan.length, channels);
+  segment.topRows(samples.rows()) = samples;
+  averager.add(segment, Eigen::RowVectorXd::Zero(channels), taper);
+}
+
+/// Whether the excitation passes over the lines one after the other; from segments of one record.
+bool passes_over_lines(const Repeat& repeat, long channels, const WelchOptions& options) {
+  const Plan plan = plan_segments({repeat}, options);
+  if (plan.length < fewest_samples) return false;
+  Averager averager(plan.length, channels);
+  Rows rows = repeat.open();
+  add_segments(repeat, rows, plan, hann_window(plan.length), channels, averager);
+  return averager.participation() < passing_excitation;
+}
+
+/// A delay tau of a channel multiplied its spectrum by exp(-i omega tau).
+void take_out_delays(Spectra& spectra) {
+  for (long k = 0; k < spectra.cross.cols(); ++k) {
+    const double delay = spectra.outputs[static_cast<std::size_t>(k)].delay - spectra.input.delay;
+    if (std::abs(delay) * spectra.resolution_hz > 0.1)
+      throw Error(fmt::format(
+          "welch_spectra: the delay of {} s between input and output must be below a tenth of a segment "
+          "({:.4g} s)",
+          delay, 0.1 / spectra.resolution_hz));
+    if (delay == 0.0) continue;
+    const Eigen::ArrayXd angle = 2.0 * std::numbers::pi * delay * spectra.frequency_hz.array();
+    for (long i = 0; i < angle.size(); ++i) spectra.cross(i, k) *= std::polar(1.0, angle[i]);
+  }
+}
+
+Spectra estimate(const std::vector<Repeat>& repeats, const std::vector<Channel>& channels,
+                 const WelchOptions& options) {
+  const long count = static_cast<long>(channels.size());
+  const bool undecided =
+      options.window == Window::automatic && options.resolution_hz == 0.0 && !options.impact;
+  const bool all_in_one =
+      options.impact || (options.window == Window::rectangular && options.resolution_hz == 0.0);
+  const bool passing = undecided && repeats.size() > 2 && passes_over_lines(repeats[0], count, options);
+  const Plan plan = all_in_one || passing ? plan_whole(repeats, options) : plan_segments(repeats, options);
+  check(plan, repeats);
+
+  Spectra spectra;
+  spectra.input = channels[0];
+  spectra.outputs.assign(channels.begin() + 1, channels.end());
+  spectra.window = plan.window;
+  const Eigen::VectorXd taper =
+      plan.window == Window::hann ? hann_window(plan.length) : Eigen::VectorXd::Ones(plan.length);
+  Averager averager(plan.length, count);
+  double sample_interval = 0.0;
+  for (const Repeat& repeat : repeats) {
+    Rows rows = repeat.open();
+    if (plan.whole) {
+      add_whole(repeat, rows, plan, options, count, averager, spectra);
+      spectra.effective_averages += 1.0;
+    } else {
+      const long segments = add_segments(repeat, rows, plan, taper, count, averager);
+      spectra.effective_averages += effective_averages(taper, segments, plan.hop);
+    }
+    sample_interval += rows.sample_interval() / static_cast<double>(repeats.size());
+  }
+  // One or two records: their own segments tell whether they should have been taken whole.
+  if (undecided && repeats.size() <= 2 && averager.participation() < passing_excitation) {
+    WelchOptions whole = options;
+    whole.window = Window::rectangular;
+    return estimate(repeats, channels, whole);
+  }
+  spectra.segments = static_cast<double>(averager.segments());
+  spectra.sample_interval = sample_interval;
+  spectra.resolution_hz = 1.0 / (static_cast<double>(plan.length) * sample_interval);
+  averager.write_densities(sample_interval, plan.length, spectra);
+  spectra.frequency_hz = Eigen::VectorXd::LinSpaced(spectra.input_auto.size(), 0.0,
+                                                    static_cast<double>(spectra.input_auto.size() - 1)) *
+                         spectra.resolution_hz;
+  if (!(spectra.input_auto.maxCoeff() > 0.0))
+    throw Error(
+        fmt::format("welch_spectra: input '{}' is constant: there is no excitation", spectra.input.name));
+  take_out_delays(spectra);
+  return spectra;
+}
+
+}  // namespace
+
+Spectra welch_spectra(const std::vector<std::string>& files, const std::string& input,
+                      const std::vector<std::string>& outputs, const WelchOptions& options,
+                      const std::map<std::string, ChannelCorrection>& corrections) {
+  check(options);
+  if (files.empty()) throw Error("welch_spectra: at least one record is needed");
+  const std::vector<std::string> columns = columns_of(input, outputs);
+  std::vector<Repeat> repeats;
+  std::vector<Channel> channels;
+  for (const std::string& file : files) {
+    const auto there = RecordReader(file, columns, corrections).channels();
+    if (channels.empty()) channels = there;
+    for (std::size_t k = 0; k < channels.size(); ++k)
+      if (there[k].quantity != channels[k].quantity)
+        throw Error(
+            file, 1,
+            fmt::format("column '{}' is in {} here and in {} in {}: repeats must measure the same",
+                        columns[k], si_unit(there[k].quantity), si_unit(channels[k].quantity), files[0]));
+    repeats.push_back(
+        {file, record_extent(file), [file, columns, corrections] {
+           auto reader = std::make_shared<RecordReader>(file, columns, corrections);
+           return Rows{[reader](Eigen::MatrixXd& block, long rows) { return reader->read(block, rows); },
+                       [reader] { return reader->sample_interval(); }};
+         }});
+  }
+  return estimate(repeats, channels, options);
+}
+
+Spectra welch_spectra(const Record& record, const std::string& input, const std::vector<std::string>& outputs,
+                      const WelchOptions& options) {
+  check(options);
+  if (!record.samples.allFinite()) throw Error("welch_spectra: the record holds values that are not finite");
+  if (!(record.sample_interval > 0.0))
+    throw Error(
+        fmt::format("welch_spectra: sample interval must be positive, got {}", record.sample_interval));
+  std::vector<Channel> channels;
+  std::vector<long> column;
+  for (const std::string& name : columns_of(input, outputs)) {
+    const auto found = std::find_if(record.channels.begin(), record.channels.end(),
+                                    [&name](const Channel& channel) { return channel.name == name; });
+    if (found == record.channels.end())
+      throw Error(fmt::format("welch_spectra: the record has no channel '{}'", name));
+    channels.push_back(*found);
+    column.push_back(found - record.channels.begin());
+  }
+  const auto open = [&record, &column] {
+    const auto next = std::make_shared<long>(0);
+    return Rows{[&record, &column, next](Eigen::MatrixXd& block, long rows) {
+                  const long got = std::min(rows, record.samples.rows() - *next);
+                  block.resize(rows, static_cast<long>(column.size()));
+                  for (std::size_t k = 0; k < column.size(); ++k)
+                    block.col(static_cast<long>(k)).head(got) =
+                        record.samples.col(column[k]).segment(*next, got);
+                  *next += got;
+                  return got;
+                },
+                [&record] { return record.sample_interval; }};
+  };
+  return estimate({{"record", {record.samples.rows(), record.sample_interval}, open}}, channels, options);
+}
+
+}  // namespace struna::ident

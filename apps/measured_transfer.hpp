@@ -1,0 +1,28 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "apps/study_file.hpp"
+
+namespace struna::apps {
+
+/// What `struna frf` and `struna identify` make of records.
+struct MeasuredTransfer {
+  ident::Spectra spectra;
+  ident::TransferFunction function;   ///< in the form and band asked for
+  std::vector<std::string> warnings;  ///< what a user should look at, a line each
+};
+
+MeasuredTransfer measure_transfer(const std::vector<std::string>& records, const std::string& input,
+                                  const std::vector<std::string>& outputs,
+                                  const std::map<std::string, ident::ChannelCorrection>& corrections,
+                                  const TransferSettings& settings);
+
+/// How the function was made: resolution, segments, averages, window, estimator, form, band … as name and
+/// value.
+std::vector<std::pair<std::string, std::string>> transfer_settings_shown(const MeasuredTransfer& measured,
+                                                                         const TransferSettings& settings);
+
+}  // namespace struna::apps
