@@ -336,7 +336,10 @@ std::string render_report(const ReportContent& content) {
                               {"css", report_css},
                               {"data", data},
                               {"chart_js", chart_js},
+                              {"axes_js", report_axes_js},
                               {"plots_js", report_plots_js},
+                              {"elements_js", report_elements_js},
+                              {"bode_js", report_bode_js},
                               {"js", report_js}});
 }
 

@@ -2,86 +2,9 @@
 // The page: tables and plots from the data that the program wrote into it.
 (() => {
   const data = JSON.parse(document.getElementById('report-data').textContent);
-  const { format, superscript } = Plots;
+  const { format, superscript } = Axes;
+  const { el, nan, known, plural, uncertain, table, chooser, legend, seriesLegend } = Elements;
   const section = (id) => document.getElementById(id);
-
-  // ---- small helpers ----
-  function el(tag, attributes = {}, ...children) {
-    const element = document.createElement(tag);
-    for (const [name, value] of Object.entries(attributes)) {
-      if (name === 'onclick') element.addEventListener('click', value);
-      else if (value !== undefined && value !== false) element.setAttribute(name, value);
-    }
-    element.append(...children.flat().filter((child) => child !== null && child !== undefined));
-    return element;
-  }
-  const nan = (values) => (values || []).map((value) => (value === null ? NaN : value)); // JSON has no NaN
-  const known = (value) => value !== null && value !== undefined && Number.isFinite(value);
-  const withUnit = (label, unit) => `${label} [${unit || '?'}]`;
-  const plural = (count, word) => `${count} ${word}${count === 1 ? '' : 's'}`;
-
-  /** value ± sigma, sigma with two digits, a power of ten taken out where the value is far from 1. */
-  function uncertain(value, sigma, digits = 5) {
-    if (!known(value)) return '–';
-    if (!(sigma > 0)) return format(value, digits);
-    const size = Math.max(Math.abs(value), sigma);
-    const power = size < 1e-3 || size >= 1e6 ? 3 * Math.floor(Math.log10(size) / 3) : 0;
-    const decimals = Math.min(9, Math.max(0, 1 - Math.floor(Math.log10(sigma / 10 ** power))));
-    const [v, s] = [value, sigma].map((x) => (x / 10 ** power).toFixed(decimals).replace('-', '−'));
-    return power ? `(${v} ± ${s})·10${superscript(power)}` : `${v} ± ${s}`;
-  }
-
-  /** columns: [[heading, left?, wrap?], …]; rows: cells, or { cells, className }. */
-  function table(columns, rows) {
-    const kinds = columns.map(([, left, wrap]) => [left && 'left', wrap && 'wrap'].filter(Boolean).join(' ') || undefined);
-    const lines = (heading) => String(heading).split('\n').flatMap((line, i) => (i ? [el('br'), line] : [line]));
-    return el('div', { class: 'scroll', tabindex: 0 }, el('table', {},
-      el('thead', {}, el('tr', {}, columns.map(([heading], i) => el('th', { class: kinds[i], scope: 'col' }, lines(heading))))),
-      el('tbody', {}, rows.map((row) => el('tr', { class: row.className },
-        (row.cells || row).map((cell, i) => el('td', { class: kinds[i] }, cell)))))));
-  }
-
-  /** A row of buttons of which one is pressed. choices: [[value, label], …] */
-  function chooser(label, choices, chosen, onChange) {
-    const buttons = choices.map(([value, text]) => el('button', {
-      type: 'button', 'aria-pressed': value === chosen,
-      onclick: (event) => {
-        buttons.forEach((button) => button.setAttribute('aria-pressed', button === event.currentTarget));
-        onChange(value);
-      } }, text));
-    return el('span', { class: 'switch', role: 'group', 'aria-label': label }, label, el('div', {}, buttons));
-  }
-
-  function swatch({ colour, dash, marker, width, line, band }) {
-    const stroke = `var(--${colour})`;
-    const shape = marker && { rect: '<path d="M11 2h8v8h-8z"', triangle: '<path d="M15 1l5 9H10z"', circle: '<circle cx="15" cy="6" r="4"',
-      rectRot: '<path d="M15 0l6 6-6 6-6-6z"', down: '<path d="M10 2h10l-5 8z"', crossRot: '<path d="M11 2l8 8M19 2l-8 8"' }[marker.shape];
-    const svg = document.createElementNS('http://www.w3.org/2000/svg', 'svg');
-    svg.setAttribute('aria-hidden', 'true');
-    svg.innerHTML = (band ? `<rect width="30" height="12" style="fill:var(--${colour}-band)"/>` : '') +
-      (line === false ? '' : `<path d="M0 6h30" style="stroke:${stroke};stroke-width:${width || 1.6};stroke-dasharray:${dash || 'none'}"/>`) +
-      (shape ? `${shape} style="stroke:${stroke};fill:${marker.hollow ? 'none' : stroke}"/>` : '');
-    return svg;
-  }
-
-  /** entries: [{ label, hidden, onToggle(hidden), ...swatch }]: each a button that shows or hides. */
-  const legend = (entries) => el('div', { class: 'legend', role: 'group', 'aria-label': 'Show or hide' }, entries.map((entry) =>
-    el('button', { type: 'button', 'aria-pressed': !entry.hidden, onclick: (event) => {
-      entry.hidden = !entry.hidden;
-      event.currentTarget.setAttribute('aria-pressed', !entry.hidden);
-      entry.onToggle(entry.hidden);
-    } }, swatch(entry), entry.label)));
-
-  /** A legend over plots: every series that shares `key` is shown and hidden together. */
-  function seriesLegend(plots, keys) {
-    const series = plots.flatMap((plot) => plot.spec.series);
-    return legend(keys.filter(({ key }) => series.some((s) => s.key === key)).map((entry) => ({
-      ...series.find((s) => s.key === entry.key), ...entry,
-      onToggle: (hidden) => {
-        plots.forEach((plot) => plot.spec.series.forEach((s) => { if (s.key === entry.key) s.hidden = hidden; }));
-        plots.forEach(Plots.refresh);
-      } })));
-  }
 
   // ---- the data, read once ----
   const frequency = nan(data.measured.frequency);
@@ -123,7 +46,8 @@
     const [lo, hi] = [sorted[0], sorted[sorted.length - 1]].map((value) => format(value / scale, digits));
     return (lo === hi ? lo : `${lo} to ${hi}`) + (unit ? ` ${unit}` : '');
   }
-  const fracs = (comparison) => comparison.outputs.map((o) => `${o.output} ${known(o.frac) ? o.frac.toFixed(4) : '–'}`).join(', ');
+  const fracTile = (comparison, model) => [comparison.outputs.map((o) => (known(o.frac) ? o.frac.toFixed(4) : '–')).join(' / '),
+    `FRAC of ${comparison.outputs.map((o) => o.output).join(' / ')}, ${model} damping`];
 
   function resultSentence() {
     const sound = modes.filter(trusted);
@@ -131,7 +55,7 @@
       (modes.length ? ` between ${format(modes[0].frequency)} and ${format(modes[modes.length - 1].frequency)} Hz, ${sound.length} of them trusted.` : '.')];
     if (fitted) {
       const law = identified.modulus.laws[0];
-      text.push(`The modulus of ${identified.body || 'the body'} is ${spread(identified.modulus.value, modulusUnit[1], modulusUnit[0])}` +
+      text.push(`The modulus of body “${identified.body}” is ${spread(identified.modulus.value, modulusUnit[1], modulusUnit[0])}` +
         `${law ? ` over frequency (${lawLabel(law)} law)` : ''}, its loss factor ${spread(identified.lossFactor.value, 1, '', 3)}.`);
     }
     const better = data.comparison.outputs.length && data.comparisonViscous.outputs.length;
@@ -147,15 +71,15 @@
   function resultTiles() {
     const r = identified.rayleigh;
     const tiles = [[`${modes.filter(trusted).length} of ${modes.length}`, 'modes trusted']];
-    if (fitted) tiles.push([spread(identified.modulus.value, modulusUnit[1], modulusUnit[0]), `modulus E(f) of ${identified.body}`]);
+    if (fitted) tiles.push([spread(identified.modulus.value, modulusUnit[1], modulusUnit[0]), `modulus E(f) of “${identified.body}”`]);
     if (identified.lossFactor.value.length) tiles.push([spread(identified.lossFactor.value, 1, '', 3), 'loss factor η(f)']);
     if (r.determined) {
       tiles.push([`${uncertain(r.alpha, r.alphaSigma)} 1/s`, 'Rayleigh α' + (r.alphaAtBound ? ' (held at its bound 0)' : '')],
         [`${uncertain(r.beta, r.betaSigma)} s`, 'Rayleigh β' + (r.betaAtBound ? ' (held at its bound 0)' : '')]);
     }
-    if (data.comparison.outputs.length) tiles.push([fracs(data.comparison), 'FRAC, structural damping']);
-    if (data.comparisonViscous.outputs.length) tiles.push([fracs(data.comparisonViscous), 'FRAC, viscous damping']);
-    return el('div', { class: 'tiles' }, tiles.map(([value, label]) => el('div', { class: 'tile' }, el('b', {}, value), el('span', {}, label))));
+    if (data.comparison.outputs.length) tiles.push(fracTile(data.comparison, 'structural'));
+    if (data.comparisonViscous.outputs.length) tiles.push(fracTile(data.comparisonViscous, 'viscous'));
+    return el('div', { class: 'tiles' }, tiles.map(([value, label]) => el('div', { class: value.length > 22 ? 'tile wide' : 'tile' }, el('b', {}, value), el('span', {}, label))));
   }
 
   function summary() {
@@ -164,154 +88,6 @@
     section('summary').append(el('p', { class: 'lead' }, resultSentence()), resultTiles());
     if (data.warnings.length)
       section('summary').append(el('ul', { class: 'warnings', 'aria-label': 'Warnings' }, data.warnings.map((text) => el('li', {}, text))));
-  }
-
-  // ---- transfer functions ----
-  // Within a family, each form is the one before times (iω)^step: [name, unit, power of iω against the first].
-  const families = [
-    [['dynamic-stiffness', 'N/m', 0], ['impedance', 'N s/m', -1], ['apparent-mass', 'kg', -2]],
-    [['receptance', 'm/N', 0], ['mobility', 'm/s/N', 1], ['accelerance', 'm/s^2/N', 2]],
-  ];
-  const familyOf = (kind) => families.find((family) => family.some(([name]) => name === kind));
-  const formOf = (kind) => (familyOf(kind) || []).find(([name]) => name === kind);
-  const wrapped = (degrees) => degrees - 360 * Math.round(degrees / 360);
-
-  /** Magnitude and phase of an output in the wanted form (its own, where that belongs to another family). */
-  function bode(lines, output, form) {
-    const [own, wanted] = [formOf(output.kind), (familyOf(output.kind) || []).find(([name]) => name === form)];
-    const power = own && wanted ? wanted[2] - own[2] : 0;
-    const factor = lines.map((f) => (power === 0 ? 1 : f > 0 ? (2 * Math.PI * f) ** power : NaN));
-    const magnitude = output.re.map((re, i) => (Math.hypot(re, output.im[i]) || NaN) * factor[i]);
-    const phase = output.re.map((re, i) => wrapped((Math.atan2(output.im[i], re) * 180) / Math.PI + 90 * power));
-    const sigma = output.sigma && output.sigma.map((s, i) => s * factor[i]);
-    return { magnitude, phase, sigma, unit: wanted ? wanted[1] : output.unit, name: (wanted ? wanted[0] : output.kind).replace('-', ' ') };
-  }
-
-  const bodeState = { form: null, log: true, groups: [] };
-  const modeMarks = modes.map((mode, i) => ({ x: mode.frequency, label: String(i + 1), hollow: !trusted(mode) }));
-  const first = frequency[0] > 0 ? 0 : 1; // a logarithmic axis has no zero
-
-  function bodeSeries(output) {
-    const here = bode(measured.frequency, output, bodeState.form);
-    const phaseSigma = here.sigma && here.sigma.map((s, i) => Math.min(180, (s / here.magnitude[i]) * (180 / Math.PI)));
-    const band = (values, sigma) => sigma && { lo: values.map((v, i) => v - sigma[i]), hi: values.map((v, i) => v + sigma[i]) };
-    const cut = (values) => values && values.slice(first);
-    const bandOf = (values, sigma) => { const b = band(values, sigma); return b && { lo: cut(b.lo), hi: cut(b.hi) }; };
-    const common = { key: 'measured', colour: 'measured', width: 1.1 };
-    const x = cut(measured.frequency);
-    const group = {
-      here, x,
-      magnitude: [{ ...common, x, y: cut(here.magnitude), band: bandOf(here.magnitude, here.sigma) }],
-      phase: [{ ...common, x, y: cut(here.phase), band: bandOf(here.phase, phaseSigma), breakAt: 180 }],
-      coherence: output.coherence ? [{ ...common, x, y: cut(output.coherence) }] : [],
-      predicted: [],
-    };
-    for (const prediction of predictions) {
-      const other = prediction.outputs.find((o) => o.name === output.name);
-      if (!other) continue;
-      const there = bode(prediction.frequency, other, bodeState.form);
-      const style = { key: prediction.key, colour: prediction.colour, dash: prediction.dash, width: 1.8, x: prediction.frequency };
-      group.predicted.push({ ...there, label: prediction.key, x: prediction.frequency });
-      group.magnitude.push({ ...style, y: there.magnitude });
-      group.phase.push({ ...style, y: there.phase, breakAt: 180 });
-    }
-    return group;
-  }
-
-  const nearestLine = (x, f) => {
-    const i = Math.min(Math.max(Plots.firstAtOrAbove(x, f), 0), x.length - 1);
-    return i > 0 && f - x[i - 1] < x[i] - f ? i - 1 : i;
-  };
-
-  function readOut(group, f) {
-    const i = nearestLine(group.data.x, f);
-    const { here } = group.data;
-    const k = i + first;
-    const at = (values, digits) => format(values[k], digits);
-    const parts = [el('b', {}, `${format(group.data.x[i], 6)} Hz`), `  measured ${at(here.magnitude, 4)}`,
-      here.sigma ? ` ± ${at(here.sigma, 2)}` : '', ` ${here.unit}, ${here.phase[k].toFixed(1).replace('-', '−')}°`,
-      group.output.coherence ? `, coherence ${group.output.coherence[k].toFixed(4)}` : ''];
-    for (const other of group.data.predicted) {
-      const j = nearestLine(other.x, group.data.x[i]);
-      parts.push(`  ·  ${other.label} ${format(other.magnitude[j], 4)} ${here.unit}, ${other.phase[j].toFixed(1).replace('-', '−')}°`);
-    }
-    group.readout.replaceChildren(...parts);
-  }
-
-  function moveCursor(f) {
-    const x = bodeState.groups[0].data.x;
-    bodeState.cursor = nearestLine(x, f);
-    for (const group of bodeState.groups) {
-      group.plots.forEach((plot) => Plots.setCursor(plot, x[bodeState.cursor]));
-      readOut(group, x[bodeState.cursor]);
-    }
-  }
-
-  const link = {
-    onView: (x) => bodeState.groups.forEach((group) => group.plots.forEach((plot) => Plots.setView(plot, { x }))),
-    onCursor: moveCursor,
-    onStep: (steps) => {
-      const { x } = bodeState.groups[0].data;
-      const from = bodeState.cursor === undefined ? 0 : bodeState.cursor;
-      moveCursor(x[Math.min(Math.max(from + steps, 0), x.length - 1)]);
-    },
-  };
-
-  function updateBode() {
-    for (const group of bodeState.groups) {
-      const hidden = new Set(group.plots.flatMap((plot) => plot.spec.series).filter((s) => s.hidden).map((s) => s.key));
-      group.data = bodeSeries(group.output);
-      for (const plot of group.plots) {
-        plot.spec.series = group.data[plot.spec.part];
-        plot.spec.series.forEach((series) => { series.hidden = hidden.has(series.key); });
-        plot.spec.x.log = bodeState.log;
-        if (plot.spec.part === 'magnitude') plot.spec.y.label = withUnit(`|${group.data.here.name}|`, group.data.here.unit);
-        plot.view.y = null;
-        Plots.refresh(plot);
-      }
-      if (bodeState.cursor !== undefined) readOut(group, group.data.x[bodeState.cursor]);
-    }
-  }
-
-  function bodeGroup(output) {
-    const group = { output, plots: [], data: bodeSeries(output) };
-    const marks = { list: modeMarks, heads: false, hidden: false };
-    const range = [group.data.x[0], group.data.x[group.data.x.length - 1]];
-    const width = 76;
-    const parts = [
-      ['magnitude', { label: withUnit(`|${group.data.here.name}|`, group.data.here.unit), log: true, width }],
-      ['phase', { label: 'phase [°]', range: [-180, 180], ticks: [-180, -90, 0, 90, 180], width }],
-      ['coherence', { label: 'coherence [–]', range: [0, 1.02], ticks: [0, 0.5, 1], width }],
-    ].filter(([part]) => group.data[part].length);
-    group.readout = el('div', { class: 'readout', 'aria-live': 'polite' }, 'Move over the plot, or use the arrow keys, to read values.');
-    const hosts = parts.map(([part]) => el('div', { class: part }));
-    const head = el('div', { class: 'card-head' }, el('h3', {}, output.name));
-    section('transfer').append(el('div', { class: 'card' }, head, group.readout, hosts));
-    parts.forEach(([part, y], i) => {
-      group.plots.push(Plots.create(hosts[i], {
-        part, label: `${part} of ${output.name} over frequency`, y, series: group.data[part], link,
-        x: { label: i === parts.length - 1 ? 'frequency [Hz]' : '', log: bodeState.log, range },
-        marks: { ...marks, heads: i === 0 } }));
-    });
-    const keys = [{ key: 'measured', label: output.sigma ? 'measured, ± σ' : 'measured' }, ...predictions];
-    const entries = seriesLegend(group.plots, keys);
-    if (modes.length) entries.append(...legend([{ label: 'natural frequencies (hollow: not trusted)', colour: 'soft', line: false,
-      marker: { shape: 'down' }, onToggle: (hidden) => group.plots.forEach((plot) => { plot.spec.marks.hidden = hidden; Plots.refresh(plot); }) }]).childNodes);
-    head.append(entries);
-    return group;
-  }
-
-  function transferFunctions() {
-    const family = measured.outputs.length ? familyOf(measured.outputs[0].kind) : null;
-    bodeState.form = measured.outputs.length ? measured.outputs[0].kind : null;
-    section('transfer').append(el('div', { class: 'controls' },
-      family ? chooser('Form', family.map(([name, unit]) => [name, withUnit(name.replace('-', ' '), unit)]), bodeState.form,
-        (form) => { bodeState.form = form; updateBode(); }) : null,
-      chooser('Frequency axis', [[true, 'logarithmic'], [false, 'linear']], true, (log) => { bodeState.log = log; updateBode(); }),
-      el('button', { type: 'button', class: 'plain', onclick: () => link.onView(null) }, 'Whole band')),
-    el('p', { class: 'note hint' }, 'Drag: zoom in frequency (with Shift: in both directions). Wheel: zoom, after a click on the plot or with Ctrl. ' +
-      'Double click, 0 or Esc: whole band. Arrow keys: line by line, with Shift ten lines. All frequency axes are linked.'));
-    measured.outputs.forEach((output) => bodeState.groups.push(bodeGroup(output)));
   }
 
   // ---- comparison ----
@@ -341,10 +117,10 @@
       tip: (i) => `mode ${list[i].mode}: ${format(list[i].frequency, 6)} Hz\n${quantity.symbol} ${uncertain(list[i].value / quantity.scale, list[i].sigma / quantity.scale)}${quantity.unit}` +
         (list[i].flags.length ? `\n${list[i].flags.join(', ')}` : '') });
     const series = [
-      ...quantity.curves.map((curve) => ({ ...curve, x: nan(identified.curveFrequency), y: scaled(curve.values) })),
+      points(quantity.points.filter((p) => p.used), { key: 'trusted', name: 'trusted modes, ± σ', colour: 'ink', marker: { shape: 'circle', size: 3.5 } }),
       points(quantity.points.filter((p) => !p.used), { key: 'untrusted', name: 'not trusted', colour: 'untrusted', ignoreInLimits: true,
         marker: { shape: 'circle', size: 3.5, hollow: true } }),
-      points(quantity.points.filter((p) => p.used), { key: 'trusted', name: 'trusted modes, ± σ', colour: 'ink', marker: { shape: 'circle', size: 3.5 } }),
+      ...quantity.curves.map((curve) => ({ ...curve, x: nan(identified.curveFrequency), y: scaled(curve.values) })),
     ].filter((s) => s.x.length);
     const head = el('div', { class: 'card-head' }, el('h3', {}, quantity.title));
     const plotHost = el('div');
@@ -412,7 +188,7 @@
   function addKramersKronig(card) {
     const plot = lossFactorPlot(card);
     const x = nan(identified.lossFactor.frequency), y = nan(identified.kramersKronig);
-    plot.spec.series.unshift({ key: 'kk', name: 'Kramers–Kronig from E(f)', colour: 'output-3', dash: [4, 4], width: 1.4, x, y,
+    plot.spec.series.push({ key: 'kk', name: 'Kramers–Kronig from E(f)', colour: 'output-3', dash: [4, 4], width: 1.4, x, y,
       marker: { shape: 'rectRot', size: 3, hollow: true }, unordered: true, tip: (i) => `Kramers–Kronig\n${format(x[i], 6)} Hz\nη ${format(y[i], 3)}` });
     Plots.refresh(plot);
     card.querySelector('.legend').replaceWith(seriesLegend([plot], plot.spec.series.map((s) => ({ key: s.key, label: s.name }))));
@@ -474,14 +250,16 @@
     });
     lines.outputs.forEach((output, k) => {
       const points = output.re.map((re, i) => mapped(k)([re, output.im[i]]));
-      series.push({ ...outputStyle(k), key: k, hidden: !visible(k), line: false, unordered: true, x: points.map((p) => p[0]), y: points.map((p) => p[1]),
+      const style = outputStyle(k);
+      if (points.length > 40) style.marker.size = 1.5; // many lines: small marks
+      series.unshift({ ...style, key: k, hidden: !visible(k), line: false, unordered: true, x: points.map((p) => p[0]), y: points.map((p) => p[1]),
         tip: (i) => `${data.modes.outputs[k]}  ${format(lines.frequency[i], 6)} Hz\n${format(output.re[i])} ${output.im[i] < 0 ? '−' : '+'} ${format(Math.abs(output.im[i]))} i ${data.modes.unit}` });
     });
     const labelled = own.map((circle, k) => ({ ...circle, k })).filter(({ k }) => visible(k)).sort((a, b) => b.radius - a.radius)[0];
     const special = labelled ? [['resonance', 'f₀', mode.frequency], ['lower', 'f₁', mode.lower], ['upper', 'f₂', mode.upper]] : [];
     if (labelled) {
       const points = special.map(([which]) => mapped(labelled.k)(labelled[which]));
-      series.push({ colour: 'ink', line: false, unordered: true, marker: { shape: 'circle', size: 4.5, hollow: true }, x: points.map((p) => p[0]), y: points.map((p) => p[1]),
+      series.unshift({ colour: 'ink', line: false, unordered: true, marker: { shape: 'circle', size: 4, hollow: true }, x: points.map((p) => p[0]), y: points.map((p) => p[1]),
         tip: (i) => `${special[i][1]} ${format(special[i][2], 6)} Hz` });
     }
     const labels = () => special.map(([which, symbol, f]) => {
@@ -500,7 +278,7 @@
       event.currentTarget.textContent = large ? 'smaller' : 'larger';
       event.currentTarget.setAttribute('aria-pressed', large);
     } }, 'larger');
-    const scatter = mode.circles.length ? `, scatter ${format(100 * Math.max(...mode.circles.map((c) => c.scatter)), 2)} % of radius` : '';
+    const scatter = mode.circles.length ? `, scatter ${format(100 * Math.max(...mode.circles.map((c) => c.scatter)), 2)} %` : '';
     const card = el('div', { class: 'card' }, el('div', { class: 'card-head' }, el('h3', {}, `Mode ${index + 1} `, ...flagTags(mode.flags)), enlarge),
       el('div', { class: 'facts' }, `${uncertain(mode.frequency, mode.frequencySigma, 7)} Hz, η ${uncertain(mode.lossFactor, mode.lossFactorSigma)}`, el('br'),
         mode.lines.frequency.length ? `${plural(mode.lines.frequency.length, 'line')}, ${format(mode.lines.frequency[0], 5)} to ${format(mode.lines.frequency[mode.lines.frequency.length - 1], 5)} Hz${scatter}` : 'no lines'),
@@ -527,7 +305,7 @@
       chooser('Scale', [[false, 'as measured'], [true, 'each circle about its centre, over its radius']], false,
         (normalised) => { nyquistState.normalised = normalised; redraw(); })),
     el('p', { class: 'note' }, `Lines of the mode’s window in the form in which a mode is a circle (${data.modes.form.replace('-', ' ')}), with the fitted circle of each output. ` +
-      'f₀: natural frequency, f₁ and f₂: half-power frequencies [Hz], marked on the largest circle shown.'),
+      'f₀: natural frequency, f₁ and f₂: half-power frequencies [Hz], marked on the largest circle shown. Scatter: rms distance of the lines from the circle, of its radius, largest output.'),
     el('div', { class: 'circles' }, entries.map((entry) => entry.card)));
     // Drawn when they come near the screen, all of them before printing.
     const near = new IntersectionObserver((seen) => seen.filter((s) => s.isIntersecting).forEach((s) => {
@@ -576,11 +354,11 @@
   }
 
   // Paper is light whatever the screen is.
-  addEventListener('beforeprint', () => { document.documentElement.dataset.scheme = 'light'; Plots.refreshAll(); });
-  addEventListener('afterprint', () => { delete document.documentElement.dataset.scheme; Plots.refreshAll(); });
+  addEventListener('beforeprint', () => { document.documentElement.dataset.scheme = 'light'; Plots.recolour(); });
+  addEventListener('afterprint', () => { delete document.documentElement.dataset.scheme; Plots.recolour(); });
 
   summary();
-  transferFunctions();
+  Bode.draw(section('transfer'), measured, predictions, modes.map((mode, i) => ({ x: mode.frequency, label: String(i + 1), hollow: !trusted(mode) })));
   comparisonTables();
   parameters();
   modeTable();

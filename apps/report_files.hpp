@@ -8,7 +8,10 @@ namespace struna::apps {
 // built.
 extern const std::string_view report_html;
 extern const std::string_view report_css;
+extern const std::string_view report_axes_js;
 extern const std::string_view report_plots_js;
+extern const std::string_view report_elements_js;
+extern const std::string_view report_bode_js;
 extern const std::string_view report_js;
 extern const std::string_view chart_js;
 

@@ -1,85 +1,13 @@
 'use strict';
-// Plots of numbers over numbers: what Chart.js does not bring. Engineering ticks on linear and logarithmic axes, bands and
-// error bars, marks, equal axes, zoom, a cursor that linked plots share, and drawing no more points than pixels can show.
-// Colours are names of CSS variables, looked up at each drawing, so that a change of the colour scheme is followed.
+// Plots of numbers over numbers: what Chart.js does not bring. Bands and error bars, marks, equal axes, zoom, a cursor that
+// linked plots share, and drawing no more points than pixels can show.
 const Plots = (() => {
+  const { tint, axis } = Axes;
   Chart.defaults.animation = false;
   Chart.defaults.font.family = getComputedStyle(document.body).fontFamily;
   Chart.defaults.font.size = 12;
 
   const all = new Set();
-  const tint = (name) => getComputedStyle(document.documentElement).getPropertyValue(`--${name}`).trim();
-
-  // ---- numbers as text ----
-  const superscript = (n) => String(n).replace(/./g, (c) => '⁰¹²³⁴⁵⁶⁷⁸⁹⁻'['0123456789-'.indexOf(c)]);
-  const minus = (text) => text.replace('-', '−');
-
-  /** Plain where that is short, else mantissa × power of ten. */
-  function format(value, digits = 4) {
-    if (!Number.isFinite(value)) return '–';
-    if (value === 0) return '0';
-    const size = Math.abs(value);
-    if (size >= 1e-3 && size < 10 ** Math.max(digits, 5))
-      return minus(String(Number(value.toPrecision(Math.max(digits, Math.ceil(Math.log10(size)))))));
-    const [mantissa, exponent] = value.toExponential(digits - 1).split('e');
-    return minus(`${Number(mantissa)}·10`) + superscript(Number(exponent));
-  }
-
-  const tickText = (value) => {
-    const exponent = Math.log10(Math.abs(value));
-    const isPower = value > 0 && Math.abs(exponent - Math.round(exponent)) < 1e-9;
-    if (isPower && Math.abs(exponent) > 3.5) return '10' + superscript(Math.round(exponent));
-    return format(Number(value.toPrecision(10)), 6);
-  };
-
-  // ---- ticks: those with `major` get a label ----
-  function linearTicks(lo, hi, count) {
-    const raw = (hi - lo) / count;
-    const power = 10 ** Math.floor(Math.log10(raw));
-    const step = [1, 2, 5, 10].find((m) => m * power >= raw * (1 - 1e-9)) * power;
-    const ticks = [];
-    for (let i = Math.ceil(lo / step - 1e-6); i * step <= hi + 1e-6 * step; ++i)
-      ticks.push({ value: Number((i * step).toPrecision(12)), major: true });
-    return ticks;
-  }
-
-  function logTicks(lo, hi, count) {
-    const decades = Math.log10(hi / lo);
-    if (decades < 0.9) return linearTicks(lo, hi, count);
-    const labelled = decades * 3 <= count ? [1, 2, 5] : [1];
-    const every = Math.max(1, Math.ceil(decades / count));
-    const ticks = [];
-    for (let decade = Math.floor(Math.log10(lo)); decade <= Math.log10(hi); ++decade)
-      for (let m = 1; m < 10; ++m) {
-        const value = Number(`${m}e${decade}`);
-        if (value >= lo * (1 - 1e-9) && value <= hi * (1 + 1e-9))
-          ticks.push({ value, major: labelled.includes(m) && decade % every === 0 });
-      }
-    return ticks;
-  }
-
-  function axis(which, options) {
-    return {
-      type: options.log ? 'logarithmic' : 'linear',
-      bounds: 'data',
-      title: { display: Boolean(options.label), text: options.label, color: () => tint('ink') },
-      afterFit: which === 'y' && options.width ? (scale) => { scale.width = options.width; } : undefined,
-      afterBuildTicks: (scale) => {
-        if (options.ticks) { scale.ticks = options.ticks.map((value) => ({ value, major: true })); return; }
-        const length = which === 'x' ? scale.width || scale.chart.width : scale.height || scale.chart.height;
-        const count = Math.max(2, Math.min(11, length / (which === 'x' ? 85 : 34)));
-        scale.ticks = (options.log ? logTicks : linearTicks)(scale.min, scale.max, count);
-      },
-      ticks: {
-        autoSkip: false, maxRotation: 0, color: () => tint('soft'),
-        callback: (value, index, ticks) => (ticks[index].major ? tickText(value) : ''),
-      },
-      grid: {
-        drawTicks: true, tickLength: 4, borderColor: () => tint('soft'),
-        color: (context) => tint(context.tick && context.tick.major ? 'rule' : 'rule-faint'),
-      },
-    };
-  }
 
   // ---- points: what of a series is drawn ----
   const firstAtOrAbove = (values, limit) => {
@@ -144,18 +72,18 @@ const Plots = (() => {
       pointStyle: series.marker ? series.marker.shape : 'circle',
       pointBorderColor: colour,
       pointBackgroundColor: series.marker && !series.marker.hollow ? colour : tint('panel'),
-      pointBorderWidth: 1.3,
+      pointBorderWidth: series.marker && series.marker.size < 2.5 ? 0.5 : 1.3,
     };
   }
 
   // ---- limits of an axis ----
-  function padded([lo, hi], log) {
+  function padded([lo, hi], log, share = 0.06) {
     if (!(hi >= lo)) return log ? [1, 10] : [0, 1];
     if (log) {
       const factor = Math.max((hi / lo) ** 0.05, 1.02);
       return [lo / factor, hi * factor];
     }
-    const margin = (hi - lo || Math.abs(hi) || 1) * 0.06;
+    const margin = (hi - lo || Math.abs(hi) || 1) * share;
     return [lo - margin, hi + margin];
   }
 
@@ -177,8 +105,8 @@ const Plots = (() => {
 
   function limits(plot) {
     const { spec } = plot;
-    const x = plot.view.x || spec.x.range || padded(extent(plot, 'x'), spec.x.log);
-    const y = plot.view.y || spec.y.range || padded(extent(plot, 'y', spec.equal ? null : x), spec.y.log);
+    const x = plot.view.x || spec.x.range || padded(extent(plot, 'x'), spec.x.log, spec.labels ? 0.4 : 0.06);
+    const y = plot.view.y || spec.y.range || padded(extent(plot, 'y', spec.equal ? null : x), spec.y.log, spec.labels ? 0.1 : 0.06);
     return { x, y };
   }
 
@@ -384,11 +312,21 @@ const Plots = (() => {
   }
 
   // ---- hands on it ----
+  /** At most once per frame, with the latest arguments: a hand is faster than nine plots. */
+  function perFrame(act) {
+    let latest = null;
+    return (...parameters) => {
+      if (!latest) requestAnimationFrame(() => { const now = latest; latest = null; act(...now); });
+      latest = parameters;
+    };
+  }
+
   const inArea = ({ left, right, top, bottom }, x, y) => x >= left && x <= right && y >= top && y <= bottom;
 
   function requestView(plot, view) {
-    if (plot.spec.link && 'x' in view) plot.spec.link.onView(view.x);
-    setView(plot, plot.spec.link ? { y: view.y || null } : view);
+    if (!plot.spec.link) return setView(plot, view);
+    plot.view.y = view.y || null;
+    plot.spec.link.onView(view.x);
   }
 
   /** Zooms by a factor about a place on the screen (the middle when none is given). */
@@ -453,6 +391,9 @@ const Plots = (() => {
   function interact(plot) {
     const { canvas, spec } = plot;
     let start = null;
+    let turned = 1;
+    const hoverSoon = perFrame((at) => hover(plot, at));
+    const zoomSoon = perFrame((at) => { zoom(plot, turned, at); turned = 1; });
     const place = (event) => ({ x: event.offsetX, y: event.offsetY });
     canvas.addEventListener('pointerdown', (event) => {
       if (event.button === 0 && inArea(plot.chart.chartArea, event.offsetX, event.offsetY)) {
@@ -463,7 +404,7 @@ const Plots = (() => {
     canvas.addEventListener('pointermove', (event) => {
       const at = place(event);
       if (!start) {
-        if (inArea(plot.chart.chartArea, at.x, at.y)) hover(plot, at);
+        if (inArea(plot.chart.chartArea, at.x, at.y)) hoverSoon(at);
         return;
       }
       const { left, right, top, bottom } = plot.chart.chartArea;
@@ -491,7 +432,8 @@ const Plots = (() => {
     canvas.addEventListener('wheel', (event) => {
       if (document.activeElement !== canvas && !event.ctrlKey) return;
       event.preventDefault();
-      zoom(plot, event.deltaY > 0 ? 1.25 : 0.8, place(event));
+      turned *= event.deltaY > 0 ? 1.25 : 0.8;
+      zoomSoon(place(event));
     }, { passive: false });
     canvas.addEventListener('keydown', (event) => {
       const steps = { ArrowLeft: -1, ArrowRight: 1 }[event.key];
@@ -505,8 +447,12 @@ const Plots = (() => {
     });
   }
 
-  const refreshAll = () => all.forEach(refresh);
-  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', refreshAll);
+  /** Draws every plot anew in the colours of the scheme at hand. */
+  function recolour() {
+    Axes.forgetColours();
+    all.forEach(refresh);
+  }
+  matchMedia('(prefers-color-scheme: dark)').addEventListener('change', recolour);
 
-  return { all, create, refresh, refreshAll, setView, setCursor, format, superscript, firstAtOrAbove };
+  return { all, create, refresh, recolour, setView, setCursor, firstAtOrAbove };
 })();
