@@ -11,40 +11,52 @@ namespace struna::ident {
 
 /// The model's side: eigenvalues at unit modulus and modal constants per output (circle form).
 struct ModelModes {
-  Eigen::VectorXd eigenvalue;   ///< ascending
-  Eigen::MatrixXd constant;     ///< modes x outputs, at E = 1 Pa (force/motion scales with E(f))
-  bool constant_scales_with_modulus = true;
+  Eigen::VectorXd eigenvalue;                ///< ascending
+  Eigen::MatrixXd constant;                  ///< modes x outputs, at E = 1 Pa
+  bool constant_scales_with_modulus = true;  ///< force/motion: C ~ E(f); displacement/force: not
 };
 
 /// A measured mode and the model mode(s) it stands for.
 struct Pair {
-  int measured = -1;
-  std::vector<int> model;       ///< one, or the members of a nearly double group that one pole stands for
-  double mac = 0.0;             ///< modal assurance of the constants over the outputs, 0..1
-  double modulus = 0.0;         ///< E that puts the model mode(s) at the measured frequency [Pa]
-  double modulus_sigma = 0.0;
+  int measured = -1;       ///< index in ModeSet::modes
+  std::vector<int> model;  ///< one, or the members of a nearly double group that one pole stands for
+  double mac = 0.0;        ///< modal assurance of the constants over the outputs, 0..1; NaN without constants
+  double modulus = 0.0;    ///< E that puts the model mode(s) at the measured frequency [Pa]
+  double modulus_sigma =
+      0.0;  ///< of the measured frequency, and of what stays open inside a nearly double group
 };
 struct Unpaired {
   int measured = -1;
   std::string reason;
 };
 struct Pairing {
-  std::vector<Pair> pairs;       ///< ascending
+  std::vector<Pair> pairs;  ///< ascending
   std::vector<Unpaired> left_out;
   std::vector<int> missing;      ///< model modes in the band that were not measured
   double modulus_at_1_hz = 0.0;  ///< of the coarse law E = E1 f^n that paired them
   double modulus_slope = 0.0;    ///< n
+  bool sign_reversed =
+      false;  ///< all measured constants have the sign opposite to the model's: a channel's sign
 };
 
 struct PairingOptions {
-  double modulus_lo = 1e6;   ///< [Pa] range of the global search
+  double modulus_lo = 1e6;  ///< [Pa] range of the global search
   double modulus_hi = 1e12;
   double slope_lo = -0.1;
   double slope_hi = 0.3;
+  double band_lo_hz =
+      0.0;  ///< where modes were looked for; 0, 0: from the lowest to the highest measured one
+  double band_hi_hz = 0.0;
 };
 
-/// Pairs measured with model modes although some are missing, doubled or spurious: global search over the modulus level and slope
-/// (NLopt DIRECT-L, then a local one) of an assignment cost made of frequency misfit and modal constants.
+/// Throws Error naming field, rule and value.
+void validate(const PairingOptions& options);
+
+/// Pairs measured with model modes although some are missing, doubled or spurious: global search over the
+/// modulus level and slope (NLopt DIRECT-L, then Sbplx) of the cost of the cheapest assignment, made of
+/// frequency misfit and modal constants (docs/pairing.md). A pair that another explanation rivals, or whose
+/// modulus stands out, is left out with its reason. Constants are used where the modes have them. Throws
+/// Error when their number differs from the model's outputs.
 Pairing pair_modes(const ModeSet& measured, const ModelModes& model, const PairingOptions& options = {});
 
 }  // namespace struna::ident
