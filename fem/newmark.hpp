@@ -26,12 +26,6 @@ struct NodalBody {
 NodalBody nodal_body(const Model& model, double youngs_modulus, const Rayleigh& rayleigh,
                      const std::vector<End>& moved, const Eigen::Vector3d& direction);
 
-/// The pair in the free dof of both bodies (outside: -1 for the ground); prescribed dof enter as motion.
-ContactPoint nodal_contact_point(const ContactPair& pair, const Contact& contact, const Model& inside,
-                                 const Model& outside, int inside_body, int outside_body,
-                                 const std::vector<End>& inside_moved, const std::vector<End>& outside_moved,
-                                 const Eigen::Vector3d& direction);
-
 struct NewmarkOptions {
   double step = 1e-5;        ///< [s]
   int contact_substeps = 5;  ///< the paper's cut while any contact is closed

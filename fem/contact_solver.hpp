@@ -1,0 +1,62 @@
+#pragma once
+
+#include <vector>
+
+#include "fem/contact_geometry.hpp"
+#include "fem/modal_system.hpp"
+
+namespace struna::fem {
+
+/// What a contact point does between two events. approach: loading while it approaches, unloading after; the other laws:
+/// pushing, and idle where the gap is closed but the law would pull.
+enum class ContactPhase : char { open, loading, unloading, pushing, idle };
+
+/// Whether a force acts in the phase.
+inline bool transmits(ContactPhase phase) {
+  return phase != ContactPhase::open && phase != ContactPhase::idle;
+}
+
+/// Distance of the point from the bore's axis, or along the wall's normal; g = distance - gap.
+double contact_distance(StopShape shape, const double* offset, int dimension);
+
+/// A closed contact during one step; offsets have `dimension` components.
+struct ClosedContact {
+  int point = 0;
+  const ContactForceLaw* law = nullptr;
+  ContactPhase phase = ContactPhase::loading;
+  StopShape shape = StopShape::bore;
+  double gap = 0.0;
+  double start_offset[2] = {};
+  double start_penetration = 0.0;
+  double end_offset[2] = {};      ///< in: without contact; out: with it
+  double end_penetration = 0.0;
+  double force = 0.0;             ///< in: a guess; out: the constant force of the step [N]
+  double direction[2] = {};       ///< -(force on the inside body)/|force|
+  double normal_flexibility = 0.0;  ///< direction . W direction [m/N]
+};
+
+/// The constant forces of one step, condensed to the closed contacts:
+///   h1 = h_free - W n F,   F = law over the step's mean,   n = (h0 + h1)/(|h0| + |h1|)
+/// by Newton with the directions following. The discrete gradient: F n . (h1 - h0) is the change of the contact's energy
+/// plus its heat, to rounding (Gonzalez, J. Nonlinear Sci. 6 (1996) 449).
+class ContactSolver {
+ public:
+  /// Reserves for `points` contacts.
+  void reserve(int points, int dimension);
+  /// `w`: flexibility of the closed contacts' components, (contacts x dimension) square. False: not converged.
+  bool solve(std::vector<ClosedContact>& contacts, int dimension, const RowMatrix& w, double step);
+  /// Static equilibrium: F = k g1 along h1/|h1| where g1 > 0, else 0; `contacts` are all points that may close.
+  bool settle(std::vector<ClosedContact>& contacts, int dimension, const RowMatrix& w);
+
+ private:
+  void move(std::vector<ClosedContact>& contacts, int dimension, const RowMatrix& w);
+  /// Solves J x = b in place, J from residual slopes; n x n.
+  void eliminate(int n);
+
+  std::vector<double> free_, jacobian_, update_;
+};
+
+/// Heat of one closed contact over a step [J]: c (g1 - g0)^2/h, or its Hunt-Crossley form.
+double contact_heat(const ClosedContact& contact, double step);
+
+}  // namespace struna::fem

@@ -1,0 +1,203 @@
+#include "fem/pole_stepping.hpp"
+
+#include <cmath>
+#include <complex>
+
+namespace struna::fem {
+namespace {
+
+using Complex = std::complex<double>;
+
+/// (e^x - 1)/x and ((e^x - 1)/x - 1)/x: by their series near zero, where the quotients would cancel.
+struct Phi {
+  Complex exponential, one, two;
+};
+
+Phi phi_functions(Complex x) {
+  constexpr double series_radius = 0.3;  // twelve terms leave 0.3^13/14! < 1e-17
+  const Complex exponential = std::exp(x);
+  if (std::abs(x.real()) + std::abs(x.imag()) > series_radius) {
+    const Complex one = (exponential - 1.0) / x;
+    return {exponential, one, (one - 1.0) / x};
+  }
+  Complex two = 0.0;
+  for (int n = 13; n >= 2; --n) two = (1.0 + two * x) / static_cast<double>(n);
+  // two = 1/2 + x/6 + x^2/24 + ..., and one = 1 + x two.
+  return {1.0 + x * (1.0 + x * two), 1.0 + x * two, two};
+}
+
+double real_phi_one(double x) { return std::abs(x) < 1e-300 ? 1.0 : std::expm1(x) / x; }
+
+int pole_end(const PoleArrays& poles, int begin) {
+  int end = begin + 1;
+  while (end < poles.size() && poles.mode[end] == poles.mode[begin]) ++end;
+  return end;
+}
+
+Complex at(const Eigen::ArrayXd& re, const Eigen::ArrayXd& im, int k) { return {re[k], im[k]}; }
+
+/// Integral of q'^2 over the step for a mode with two real poles: q' = w1 + w2, w_k = A_k exp(mu_k t) - kappa_k.
+double real_pair_velocity_square(const PoleArrays& poles, int k, double step, double load_start, double slope,
+                                 const PoleState& from) {
+  double amplitude[2], offset[2], integral[2];
+  for (int j = 0; j < 2; ++j) {
+    const double mu = poles.re[k + j];
+    const double residue = poles.residue_re[k + j];
+    offset[j] = residue * slope / (step * mu);
+    amplitude[j] = mu * from.re[k + j] + residue * load_start + offset[j];
+    integral[j] = step * real_phi_one(mu * step);
+  }
+  double sum = 0.0;
+  for (int i = 0; i < 2; ++i) {
+    for (int j = 0; j < 2; ++j) {
+      const double both = step * real_phi_one((poles.re[k + i] + poles.re[k + j]) * step);
+      sum += amplitude[i] * amplitude[j] * both - 2.0 * amplitude[i] * offset[j] * integral[i] +
+             offset[i] * offset[j] * step;
+    }
+  }
+  return sum;
+}
+
+}  // namespace
+
+void set_step(const PoleArrays& poles, double step, bool with_energy, StepCoefficients& c) {
+  const int n = poles.size();
+  c.step = step;
+  for (Eigen::ArrayXd* array : {&c.e_re, &c.e_im, &c.a_re, &c.a_im, &c.b_re, &c.b_im}) array->resize(n);
+  c.flexibility.setZero(poles.modes);
+  if (with_energy) {
+    for (Eigen::ArrayXd* array : {&c.int_re, &c.int_im, &c.int_abs2, &c.int_square_re, &c.int_square_im}) {
+      array->resize(poles.single);
+    }
+  }
+  for (int k = 0; k < n; ++k) {
+    const Phi phi = phi_functions(step * at(poles.re, poles.im, k));
+    const Complex integral = step * phi.one;
+    const Complex residue = at(poles.residue_re, poles.residue_im, k);
+    const Complex a = residue * integral;
+    const Complex b = residue * step * (phi.two - 0.5 * phi.one);
+    c.e_re[k] = phi.exponential.real();
+    c.e_im[k] = phi.exponential.imag();
+    c.a_re[k] = a.real();
+    c.a_im[k] = a.imag();
+    c.b_re[k] = b.real();
+    c.b_im[k] = b.imag();
+    c.flexibility[poles.mode[k]] += a.real();
+    if (with_energy && k < poles.single) {
+      const Complex square = integral * 0.5 * (phi.exponential + 1.0);
+      c.int_re[k] = integral.real();
+      c.int_im[k] = integral.imag();
+      c.int_abs2[k] = step * real_phi_one(2.0 * poles.re[k] * step);
+      c.int_square_re[k] = square.real();
+      c.int_square_im[k] = square.imag();
+    }
+  }
+}
+
+void propagate(const PoleArrays& poles, const StepCoefficients& c, const Eigen::ArrayXd& mean,
+               const Eigen::ArrayXd& slope, const PoleState& from, PoleState& to) {
+  const int n = poles.single;
+  to.re.head(n) = c.e_re.head(n) * from.re.head(n) - c.e_im.head(n) * from.im.head(n) +
+                  c.a_re.head(n) * mean.head(n) + c.b_re.head(n) * slope.head(n);
+  to.im.head(n) = c.e_im.head(n) * from.re.head(n) + c.e_re.head(n) * from.im.head(n) +
+                  c.a_im.head(n) * mean.head(n) + c.b_im.head(n) * slope.head(n);
+  for (int k = n; k < poles.size(); ++k) {
+    const int m = poles.mode[k];
+    to.re[k] = c.e_re[k] * from.re[k] - c.e_im[k] * from.im[k] + c.a_re[k] * mean[m] + c.b_re[k] * slope[m];
+    to.im[k] = c.e_im[k] * from.re[k] + c.e_re[k] * from.im[k] + c.a_im[k] * mean[m] + c.b_im[k] * slope[m];
+  }
+}
+
+void add_constant_load(const PoleArrays& poles, const StepCoefficients& c, const Eigen::ArrayXd& load,
+                       PoleState& to) {
+  const int n = poles.single;
+  to.re.head(n) += c.a_re.head(n) * load.head(n);
+  to.im.head(n) += c.a_im.head(n) * load.head(n);
+  for (int k = n; k < poles.size(); ++k) {
+    to.re[k] += c.a_re[k] * load[poles.mode[k]];
+    to.im[k] += c.a_im[k] * load[poles.mode[k]];
+  }
+}
+
+void modal_displacement(const PoleArrays& poles, const PoleState& state, Eigen::VectorXd& q) {
+  q.head(poles.single) = state.re.head(poles.single);
+  q.tail(poles.modes - poles.single).setZero();
+  for (int k = poles.single; k < poles.size(); ++k) q[poles.mode[k]] += state.re[k];
+}
+
+void modal_velocity(const PoleArrays& poles, const PoleState& state, Eigen::VectorXd& v) {
+  const int n = poles.single;
+  v.head(n) = poles.re.head(n) * state.re.head(n) - poles.im.head(n) * state.im.head(n);
+  v.tail(poles.modes - n).setZero();
+  for (int k = n; k < poles.size(); ++k) {
+    v[poles.mode[k]] += poles.re[k] * state.re[k] - poles.im[k] * state.im[k];
+  }
+}
+
+void modal_internal_force(const PoleArrays& poles, const PoleState& state, Eigen::VectorXd& force) {
+  force.setZero(poles.modes);
+  for (int k = 0; k < poles.size(); ++k) {
+    const Complex mu = at(poles.re, poles.im, k);
+    force[poles.mode[k]] -= (mu * mu * at(state.re, state.im, k)).real();
+  }
+}
+
+StepEnergy step_energy(const PoleArrays& poles, const StepCoefficients& c, const Eigen::ArrayXd& mean,
+                       const Eigen::ArrayXd& slope, const Eigen::ArrayXd& contact, const PoleState& from,
+                       const PoleState& to) {
+  StepEnergy energy;
+  const double h = c.step;
+  // Work of the load on one mode: mean (q1 - q0) + slope ((q0 + q1)/2 - mean of q), the mean of q from
+  // z' = mu z + r p integrated over the step.
+  const auto mean_of = [&](int k, double load) {
+    return ((at(to.re, to.im, k) - at(from.re, from.im, k)) / h -
+            at(poles.residue_re, poles.residue_im, k) * load) /
+           at(poles.re, poles.im, k);
+  };
+  for (int k = 0; k < poles.single; ++k) {
+    const double total = mean[k] + contact[k];
+    const double q0 = from.re[k];
+    const double q1 = to.re[k];
+    energy.load_work += mean[k] * (q1 - q0);
+    if (slope[k] != 0.0) energy.load_work += slope[k] * (0.5 * (q0 + q1) - mean_of(k, total).real());
+    // q' = Re w, w = (w0 + kappa) exp(mu t) - kappa, kappa = r slope/(mu h).
+    const Complex mu = at(poles.re, poles.im, k);
+    const Complex residue = at(poles.residue_re, poles.residue_im, k);
+    const Complex kappa = residue * slope[k] / (mu * h);
+    const Complex amplitude = mu * at(from.re, from.im, k) + residue * (total - 0.5 * slope[k]) + kappa;
+    const Complex integral = at(c.int_re, c.int_im, k);
+    const double abs2 = std::norm(amplitude) * c.int_abs2[k] -
+                        2.0 * (amplitude * std::conj(kappa) * integral).real() + std::norm(kappa) * h;
+    const double square = (amplitude * amplitude * at(c.int_square_re, c.int_square_im, k) -
+                           2.0 * amplitude * kappa * integral + kappa * kappa * h)
+                              .real();
+    energy.dissipated += -2.0 * mu.real() * 0.5 * (abs2 + square);
+  }
+  for (int k = poles.single; k < poles.size();) {
+    const int end = pole_end(poles, k);
+    const int m = poles.mode[k];
+    const double total = mean[m] + contact[m];
+    double q0 = 0.0, q1 = 0.0, v0 = 0.0, v1 = 0.0, average = 0.0;
+    bool real = true;
+    for (int j = k; j < end; ++j) {
+      q0 += from.re[j];
+      q1 += to.re[j];
+      v0 += poles.re[j] * from.re[j] - poles.im[j] * from.im[j];
+      v1 += poles.re[j] * to.re[j] - poles.im[j] * to.im[j];
+      average += mean_of(j, total).real();
+      real = real && poles.im[j] == 0.0;
+    }
+    const double work = mean[m] * (q1 - q0) + slope[m] * (0.5 * (q0 + q1) - average);
+    energy.load_work += work;
+    if (real && end - k == 2) {
+      energy.dissipated += -(poles.re[k] + poles.re[k + 1]) *
+                           real_pair_velocity_square(poles, k, h, total - 0.5 * slope[m], slope[m], from);
+    } else {
+      energy.internal_work += work + contact[m] * (q1 - q0) - 0.5 * (v1 * v1 - v0 * v0);
+    }
+    k = end;
+  }
+  return energy;
+}
+
+}  // namespace struna::fem
