@@ -80,7 +80,8 @@ fem::Section shape_of_section(TomlTable& body) {
   if (chosen.empty()) {
     throw body.error(
         "has no cross-section: give diameter, or outer_diameter and inner_diameter, or area and "
-        "second_moment");
+        "second_moment" +
+        body.misspelling_of("diameter"));
   }
   if (chosen == "diameter") return fem::solid_circle(body.positive("diameter"));
   if (chosen == "outer_diameter") {
@@ -151,15 +152,17 @@ fem::EndCondition read_end(TomlTable& body, const std::string& key) {
 }
 
 fem::Body read_body(TomlTable& table, const fem::Scene& scene, bool acts_in_time) {
-  fem::Body body{.name = read_body_name(table, scene),
-                 .centreline = read_centreline(table),
-                 .section = read_section(table),
-                 .density = table.positive("density"),
-                 .poisson = read_poisson(table),
-                 .material = {},
-                 .elements = read_elements(table),
-                 .start = read_end(table, "start"),
-                 .end = read_end(table, "end")};
+  // Read first, put together afterwards: g++ 12 destroys twice what a throwing aggregate initialisation has
+  // made.
+  const std::string name = read_body_name(table, scene);
+  const fem::Centreline centreline = read_centreline(table);
+  const fem::Section section = read_section(table);
+  fem::Body body{.name = name, .centreline = centreline, .section = section, .material = {}};
+  body.density = table.positive("density");
+  body.poisson = read_poisson(table);
+  body.elements = read_elements(table);
+  body.start = read_end(table, "start");
+  body.end = read_end(table, "end");
   if (table.node("material") != nullptr) body.material = read_material(table.table("material"), acts_in_time);
   table.finish();
   return body;
@@ -245,8 +248,9 @@ std::string direction_name(const Eigen::Vector3d& direction, std::size_t index) 
 // --------------------------------------------------------------------------------------------
 
 fem::SceneDrive read_drive(TomlTable table, const fem::Scene& scene) {
-  const Place place = read_place(table, scene);
-  fem::SceneDrive drive{place, parse_direction(table, "direction", table.required("direction")), {}};
+  fem::SceneDrive drive;
+  drive.at = read_place(table, scene);
+  drive.direction = parse_direction(table, "direction", table.required("direction"));
   if (table.has("also")) {
     if (std::holds_alternative<fem::BodyPoint>(drive.at)) {
       throw table.error("also", "names supports that move along: it goes with support, not with point");
@@ -262,7 +266,8 @@ fem::SceneDrive read_drive(TomlTable table, const fem::Scene& scene) {
 }
 
 fem::SceneMeasurement read_measurement(TomlTable table, const fem::Scene& scene) {
-  fem::SceneMeasurement measurement{read_place(table, scene), fem::MotionQuantity::displacement, {}, {}};
+  fem::SceneMeasurement measurement;
+  measurement.at = read_place(table, scene);
   const bool at_point = std::holds_alternative<fem::BodyPoint>(measurement.at);
   std::string quantity = "force";
   if (at_point) {

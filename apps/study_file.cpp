@@ -34,11 +34,7 @@ TransferSettings read_transfer(TomlTable table) {
   if (welch.overlap > 0.9) {
     throw table.error("overlap", fmt::format("must be a fraction from 0 to 0.9, got {}", welch.overlap));
   }
-  welch.window = table.choice<ident::Window>("window",
-                                             {{"hann", ident::Window::hann},
-                                              {"rectangular", ident::Window::rectangular},
-                                              {"exponential", ident::Window::exponential}},
-                                             welch.window);
+  if (table.has("window")) welch.window = word(table, "window", ident::window_kind);
   if (table.has("exponential_end") && welch.window != ident::Window::exponential) {
     throw table.error("exponential_end", "goes with window = \"exponential\"");
   }

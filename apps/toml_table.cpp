@@ -8,7 +8,6 @@
 #include <fstream>
 #include <limits>
 #include <numeric>
-#include <sstream>
 
 namespace struna::apps {
 namespace {
@@ -60,12 +59,11 @@ std::size_t edit_distance(const std::string& a, const std::string& b) {
 
 toml::table parse_toml(const std::string& file) {
   std::ifstream in(file, std::ios::binary);
-  std::ostringstream content;
-  if (in) content << in.rdbuf();
-  if (!in || content.fail())
+  if (!in || std::filesystem::is_directory(file)) {
     throw Error(file, 0, "cannot be read; an existing, readable TOML file is needed");
+  }
   try {
-    return toml::parse(content.str(), file);
+    return toml::parse(in, file);
   } catch (const toml::parse_error& fault) {
     throw Error(file, static_cast<long>(fault.source().begin.line),
                 "is not valid TOML: " + std::string(fault.description()));

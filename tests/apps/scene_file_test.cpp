@@ -219,7 +219,7 @@ TEST(SceneFile, RefusesWhatIsWrongInABodyWithFileAndLine) {
   const std::vector<std::pair<std::string, std::string>> cases = {
       {"", "s.toml: has no [[body]]"},
       {"[body]\nname = \"wire\"\n", "s.toml:1: body must be written [[body]]"},
-      {"bodies = 1\n" + body_text, "s.toml:1: bodies is not a known key; did you mean 'body'?"},
+      {"bodie = 1\n" + body_text, "s.toml:1: bodie is not a known key; did you mean 'body'?"},
       {body_text + "[measur]\n", "s.toml:6: measur is not a known key; did you mean 'measure'?"},
       {with("name", "nmae = \"wire\""),
        "s.toml:1: body.name is missing and must be given (is that what 'nmae'"},

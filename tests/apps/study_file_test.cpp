@@ -131,7 +131,7 @@ TEST(StudyFile, RefusesWhatIsWrongWithFileAndLine) {
       {least + "[transfer]\nestimator = \"h3\"\n", "s.toml:6: transfer.estimator is not understood"},
       {least + "[transfer]\nform = \"stiffness\"\n", "s.toml:6: transfer.form is not understood"},
       {least + "[transfer]\noverlap = 1\n", "s.toml:6: transfer.overlap must be a fraction"},
-      {least + "[transfer]\nwindow = \"flat\"\n", "s.toml:6: transfer.window must be one of hann"},
+      {least + "[transfer]\nwindow = \"flat\"\n", "s.toml:6: transfer.window is not understood"},
       {least + "[transfer]\nexponential_end = 0.1\n", "s.toml:6: transfer.exponential_end goes with window"},
       {least + "[transfer]\nwindow = \"exponential\"\nexponential_end = 1\n",
        "transfer.exponential_end must be below"},
