@@ -353,9 +353,15 @@
       section('contents').append(el('a', { href: `#${part.id}` }, part.querySelector('h2').textContent));
   }
 
-  // Paper is light whatever the screen is.
-  addEventListener('beforeprint', () => { document.documentElement.dataset.scheme = 'light'; Plots.recolour(); });
-  addEventListener('afterprint', () => { delete document.documentElement.dataset.scheme; Plots.recolour(); });
+  // Paper is light whatever the screen is, and plots are drawn anew for its width instead of being shrunk with their text.
+  function setPaper(on) {
+    document.body.classList.toggle('paper', on);
+    if (on) document.documentElement.dataset.scheme = 'light'; else delete document.documentElement.dataset.scheme;
+    Plots.all.forEach((plot) => plot.chart.resize());
+    Plots.recolour();
+  }
+  addEventListener('beforeprint', () => setPaper(true));
+  addEventListener('afterprint', () => setPaper(false));
 
   summary();
   Bode.draw(section('transfer'), measured, predictions, modes.map((mode, i) => ({ x: mode.frequency, label: String(i + 1), hollow: !trusted(mode) })));

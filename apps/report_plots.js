@@ -118,6 +118,7 @@ const Plots = (() => {
   }
 
   // ---- what is drawn besides lines and points ----
+  /** The band in view as one path, in pieces where the line of the series breaks too. */
   function bandPath(context, scales, series, view) {
     const first = Math.max(0, firstAtOrAbove(series.x, view[0]) - 1);
     const last = Math.min(series.x.length, firstAtOrAbove(series.x, view[1]) + 1);
@@ -125,10 +126,20 @@ const Plots = (() => {
     const bottom = scales.y.options.type === 'logarithmic' ? scales.y.min * 1e-3 : -Infinity;
     const trace = (values, i) =>
       context.lineTo(scales.x.getPixelForValue(series.x[i]), scales.y.getPixelForValue(Math.max(values[i], bottom)));
+    let piece = [];
+    const close = () => {
+      piece.forEach((i, k) => (k ? trace(series.band.hi, i) : context.moveTo(scales.x.getPixelForValue(series.x[i]), scales.y.getPixelForValue(series.band.hi[i]))));
+      piece.reverse().forEach((i) => trace(series.band.lo, i));
+      piece = [];
+    };
     context.beginPath();
-    for (let i = first; i < last; i += step) trace(series.band.hi, i);
-    for (let i = first + Math.floor((last - first - 1) / step) * step; i >= first; i -= step) trace(series.band.lo, i);
-    context.closePath();
+    for (let i = first; i < last; i += step) {
+      const previous = piece[piece.length - 1];
+      const broken = !Number.isFinite(series.y[i]) || (series.breakAt && piece.length && Math.abs(series.y[i] - series.y[previous]) > series.breakAt);
+      if (broken) close();
+      if (Number.isFinite(series.y[i])) piece.push(i);
+    }
+    close();
   }
 
   function drawErrorBars(context, scales, series) {
