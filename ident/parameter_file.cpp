@@ -1,1 +1,316 @@
 #include "ident/parameter_file.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+#include <toml++/toml.h>
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "fem/error.hpp"
+#include "ident/atomic_file.hpp"
+
+namespace struna::ident {
+namespace {
+
+using fem::FrequencyLaw;
+using Kind = FrequencyLaw::Kind;
+
+/// Names of a law's parameters in the file, in the order of FrequencyLaw::parameters.
+std::vector<std::string> parameter_names(Kind kind) {
+  switch (kind) {
+    case Kind::constant:
+      return {"value"};
+    case Kind::power:
+      return {"value", "exponent", "reference_frequency"};
+    case Kind::fractional_zener:
+      return {"value", "ratio", "relaxation_frequency", "order"};
+    case Kind::monotone_spline:
+    case Kind::table:
+      break;
+  }
+  return {};
+}
+
+// ---- writing
+
+/// The shortest digits that read back as the same double, marked as a TOML float.
+std::string number(double value) {
+  if (std::isnan(value)) return "nan";
+  if (std::isinf(value)) return value > 0.0 ? "inf" : "-inf";
+  std::string text = fmt::format("{}", value);
+  if (text.find_first_of(".e") == std::string::npos) text += ".0";
+  return text;
+}
+
+template <class Values>
+std::string array(const Values& values) {
+  std::vector<std::string> texts;
+  for (double value : values) texts.push_back(number(value));
+  return fmt::format("[{}]", fmt::join(texts, ", "));
+}
+
+std::string quoted(const std::string& text) {
+  std::ostringstream out;
+  out << toml::value<std::string>(text);
+  return out.str();
+}
+
+std::string law_lines(const LawFit& fit) {
+  const FrequencyLaw& law = fit.law;
+  std::string text = fmt::format("kind = \"{}\"\n", fem::to_string(law.kind));
+  const std::vector<std::string> names = parameter_names(law.kind);
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    text += fmt::format("{} = {}\n", names[k], number(law.parameters[k]));
+  }
+  if (names.empty()) {
+    text += fmt::format("frequency = {}\nvalue = {}\n", array(law.frequency), array(law.value));
+  }
+  text += fmt::format("parameter_sigma = {}  # standard errors, in the order above\n",
+                      array(fit.parameter_sigma));
+  if (law.valid_to_hz > 0.0) {
+    text += fmt::format("valid_from = {}  # Hz, the data's range\nvalid_to = {}\n", number(law.valid_from_hz),
+                        number(law.valid_to_hz));
+  }
+  return text + fmt::format("aicc = {}\nrms = {}\n", number(fit.aicc), number(fit.rms));
+}
+
+std::string curve_lines(const std::string& name, const IdentifiedCurve& curve, const std::string& unit,
+                        const std::string& extra) {
+  std::string text = fmt::format("[{}]\nfrequency = {}  # Hz, measured natural frequencies\n", name,
+                                 array(curve.frequency_hz));
+  text += fmt::format("value = {}{}\nsigma = {}\n{}", array(curve.value), unit, array(curve.sigma), extra);
+  for (std::size_t k = 0; k < curve.laws.size(); ++k) {
+    text += k == 0 ? fmt::format("\n[{}.law]  # what predictions use\n", name)
+                   : fmt::format("\n[[{}.other_law]]\n", name);
+    text += law_lines(curve.laws[k]);
+  }
+  return text + "\n";
+}
+
+std::string rayleigh_lines(const RayleighFit& fit) {
+  return fmt::format(
+      "[rayleigh]\nalpha = {}  # 1/s\nbeta = {}  # s\nalpha_sigma = {}\nbeta_sigma = {}\nrms = "
+      "{}\ndetermined = {}\n\n",
+      number(fit.rayleigh.alpha), number(fit.rayleigh.beta), number(fit.alpha_sigma), number(fit.beta_sigma),
+      number(fit.rms), fit.determined);
+}
+
+std::string pair_lines(const Pairing& pairing) {
+  std::string text;
+  for (const Pair& pair : pairing.pairs) {
+    std::vector<int> model = pair.model;
+    for (int& mode : model) ++mode;
+    text += fmt::format("[[pair]]\nmode = {}\nmodel = [{}]\nmac = {}\nmodulus = {}\nmodulus_sigma = {}\n\n",
+                        pair.measured + 1, fmt::join(model, ", "), number(pair.mac), number(pair.modulus),
+                        number(pair.modulus_sigma));
+  }
+  return text;
+}
+
+std::string provenance_lines(const Provenance& provenance) {
+  std::string text =
+      fmt::format("[provenance]\nprogram = \"struna\"\nversion = {}\ndate = {}\nband = [{}, {}]  # Hz\n",
+                  quoted(provenance.program_version), quoted(provenance.date), number(provenance.band_lo_hz),
+                  number(provenance.band_hi_hz));
+  for (const auto& [file, checksum] : provenance.inputs) {
+    text += fmt::format("\n[[provenance.input]]\nfile = {}\nsha256 = {}\n", quoted(file), quoted(checksum));
+  }
+  return text;
+}
+
+// ---- reading
+
+/// One table of the file, its keys asked for by name.
+class Reader {
+ public:
+  Reader(const std::string& file, const toml::table& table, std::string path)
+      : file_(file), table_(table), path_(std::move(path)) {}
+
+  bool has(const char* key) const { return table_.contains(key); }
+
+  [[noreturn]] void refuse(const toml::node* at, const std::string& message) const {
+    throw Error(file_, at != nullptr ? at->source().begin.line : table_.source().begin.line, message);
+  }
+  const toml::node& node(const char* key) const {
+    const toml::node* found = table_.get(key);
+    if (found == nullptr) refuse(nullptr, fmt::format("{} has no {}; add it", path_, key));
+    return *found;
+  }
+  std::string text(const char* key) const {
+    const toml::node& found = node(key);
+    if (!found.is_string()) refuse(&found, fmt::format("{}.{} must be text", path_, key));
+    return *found.value<std::string>();
+  }
+  double number(const char* key) const { return number(node(key), key); }
+  double number(const char* key, double fallback) const { return has(key) ? number(key) : fallback; }
+  std::vector<double> numbers(const char* key) const {
+    const toml::node& found = node(key);
+    if (!found.is_array()) refuse(&found, fmt::format("{}.{} must be an array of numbers", path_, key));
+    std::vector<double> values;
+    for (const toml::node& element : *found.as_array()) values.push_back(number(element, key));
+    return values;
+  }
+  Reader table(const char* key) const {
+    const toml::node& found = node(key);
+    if (!found.is_table()) refuse(&found, fmt::format("{}.{} must be a table", path_, key));
+    return Reader(file_, *found.as_table(), path_.empty() ? key : path_ + "." + key);
+  }
+  /// Refuses keys that are not in the list: a misspelt one would be passed over otherwise.
+  void only(const std::vector<std::string>& known) const {
+    for (const auto& [key, value] : table_) {
+      const std::string name(key.str());
+      if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+      refuse(&value, fmt::format("unknown key \"{}\"{}; known are {}", name,
+                                 path_.empty() ? "" : " in [" + path_ + "]", fmt::join(known, ", ")));
+    }
+  }
+  const std::string& path() const { return path_; }
+
+ private:
+  double number(const toml::node& found, const char* key) const {
+    if (!found.is_number()) refuse(&found, fmt::format("{}.{} must be a number", path_, key));
+    return *found.value<double>();
+  }
+
+  const std::string& file_;
+  const toml::table& table_;
+  std::string path_;
+};
+
+Eigen::VectorXd vector(const std::vector<double>& values) {
+  return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+LawFit read_law(const Reader& reader, bool allow_zero) {
+  LawFit fit;
+  FrequencyLaw& law = fit.law;
+  const std::string kind = reader.text("kind");
+  try {
+    law.kind = fem::law_kind(kind);
+  } catch (const Error& error) {
+    reader.refuse(&reader.node("kind"), fmt::format("{}.kind: {}", reader.path(), error.what()));
+  }
+  std::vector<std::string> known = parameter_names(law.kind);
+  if (known.empty()) {
+    known = {"frequency", "value"};
+    law.frequency = reader.numbers("frequency");
+    law.value = reader.numbers("value");
+  } else {
+    for (const std::string& name : known) law.parameters.push_back(reader.number(name.c_str()));
+  }
+  known.insert(known.end(), {"kind", "valid_from", "valid_to", "parameter_sigma", "aicc", "rms"});
+  reader.only(known);
+  law.valid_from_hz = reader.number("valid_from", 0.0);
+  law.valid_to_hz = reader.number("valid_to", 0.0);
+  fit.aicc = reader.number("aicc", 0.0);
+  fit.rms = reader.number("rms", 0.0);
+  if (reader.has("parameter_sigma")) fit.parameter_sigma = vector(reader.numbers("parameter_sigma"));
+  try {
+    fem::validate(law, reader.path(), allow_zero);
+  } catch (const Error& error) {
+    reader.refuse(nullptr, error.what());
+  }
+  return fit;
+}
+
+IdentifiedCurve read_curve(const Reader& reader, bool allow_zero) {
+  reader.only({"frequency", "value", "sigma", "kramers_kronig", "law", "other_law"});
+  IdentifiedCurve curve;
+  if (reader.has("frequency") || reader.has("value")) {
+    curve.frequency_hz = vector(reader.numbers("frequency"));
+    curve.value = vector(reader.numbers("value"));
+    if (reader.has("sigma")) curve.sigma = vector(reader.numbers("sigma"));
+    const Eigen::Index n = curve.frequency_hz.size();
+    if (curve.value.size() != n || (reader.has("sigma") && curve.sigma.size() != n)) {
+      reader.refuse(
+          &reader.node("value"),
+          fmt::format("frequency, value and sigma of [{}] must have equal length, got {}, {} and {}",
+                      reader.path(), n, curve.value.size(), curve.sigma.size()));
+    }
+  }
+  if (!reader.has("law")) {
+    if (curve.value.size() == 0) return curve;
+    reader.refuse(
+        nullptr,
+        fmt::format("[{0}] has no law for predictions; add [{0}.law], for instance with kind = \"table\"",
+                    reader.path()));
+  }
+  curve.laws.push_back(read_law(reader.table("law"), allow_zero));
+  return curve;
+}
+
+RayleighFit read_rayleigh(const Reader& reader) {
+  reader.only({"alpha", "beta", "alpha_sigma", "beta_sigma", "rms", "determined"});
+  RayleighFit fit;
+  fit.rayleigh = {reader.number("alpha"), reader.number("beta")};
+  for (const char* key : {"alpha", "beta"}) {
+    const double value = reader.number(key);
+    if (!(value >= 0.0) || !std::isfinite(value)) {
+      reader.refuse(&reader.node(key),
+                    fmt::format("rayleigh.{} must be zero or positive, got {}", key, value));
+    }
+  }
+  fit.alpha_sigma = reader.number("alpha_sigma", 0.0);
+  fit.beta_sigma = reader.number("beta_sigma", 0.0);
+  fit.rms = reader.number("rms", 0.0);
+  fit.determined = true;
+  if (reader.has("determined")) {
+    const toml::node& node = reader.node("determined");
+    if (!node.is_boolean()) reader.refuse(&node, "rayleigh.determined must be true or false");
+    fit.determined = *node.value<bool>();
+  }
+  return fit;
+}
+
+toml::table parse(const std::string& file) {
+  try {
+    return toml::parse_file(file);
+  } catch (const toml::parse_error& error) {
+    throw Error(file, error.source().begin.line, std::string(error.description()));
+  }
+}
+
+}  // namespace
+
+void write_parameters(const IdentifiedParameters& identified, const std::string& file) {
+  std::string text = fmt::format("body = {}  # these override its material, and no other body's\n\n",
+                                 quoted(identified.body));
+  if (identified.rayleigh_known) text += rayleigh_lines(identified.rayleigh);
+  text += curve_lines("modulus", identified.modulus, "  # Pa", "");
+  if (identified.loss_factor.value.size() > 0 || !identified.loss_factor.laws.empty()) {
+    text += curve_lines("loss_factor", identified.loss_factor, "",
+                        fmt::format("kramers_kronig = {}  # (pi/2) d ln E/d ln f, for information\n",
+                                    array(identified.kramers_kronig_loss_factor)));
+  }
+  text += pair_lines(identified.pairing);
+  for (const LeftOut& left_out : identified.rejected) {
+    text += fmt::format("[[rejected]]\nfrequency = {}\nof = \"{}\"\nreason = {}\n\n",
+                        number(left_out.frequency_hz), to_string(left_out.what), quoted(left_out.reason));
+  }
+  text += provenance_lines(identified.provenance);
+  write_atomically(file, text);
+}
+
+IdentifiedParameters read_parameters(const std::string& file) {
+  const toml::table root = parse(file);
+  const Reader reader(file, root, "");
+  reader.only({"body", "rayleigh", "modulus", "loss_factor", "pair", "rejected", "provenance"});
+  IdentifiedParameters identified;
+  if (!reader.has("body"))
+    throw Error(file, 0, "has no body; add body = \"NAME\", the body that the parameters belong to");
+  identified.body = reader.text("body");
+  if (reader.has("rayleigh")) {
+    identified.rayleigh = read_rayleigh(reader.table("rayleigh"));
+    identified.rayleigh_known = true;
+  }
+  if (reader.has("modulus")) identified.modulus = read_curve(reader.table("modulus"), false);
+  if (reader.has("loss_factor")) identified.loss_factor = read_curve(reader.table("loss_factor"), true);
+  if (!identified.rayleigh_known && identified.modulus.laws.empty() && identified.loss_factor.laws.empty()) {
+    throw Error(file, 0, "has no parameters; add [modulus.law], [loss_factor.law] or [rayleigh]");
+  }
+  return identified;
+}
+
+}  // namespace struna::ident

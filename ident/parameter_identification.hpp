@@ -12,11 +12,15 @@
 namespace struna::ident {
 
 struct FitOptions {
-  std::string modulus_law;      ///< "", "constant", "power", "fractional_zener", "monotone_spline": "" lets AICc choose
+  std::string
+      modulus_law;  ///< "", "constant", "power", "fractional_zener", "monotone_spline": "" lets AICc choose
   std::string loss_factor_law;
   double band_lo_hz = 0.0;
   double band_hi_hz = 0.0;
   PairingOptions pairing;
+  double modulus_floor =
+      1e-3;  ///< relative modelling error (mesh, geometry) added in square to every sigma of E
+  double loss_factor_floor = 1e-2;  ///< the same for eta (leakage, dispersion)
 };
 
 /// A quantity at the trusted modes, and its laws, best first.
@@ -27,15 +31,21 @@ struct IdentifiedCurve {
   std::vector<LawFit> laws;  ///< laws.front() is the one that predictions use
 };
 
+/// What a measured mode was not trusted for.
+enum class LeftOutOf { both, modulus, loss_factor };
+std::string to_string(LeftOutOf what);           ///< "both", "modulus", "loss_factor"
+LeftOutOf left_out_of(const std::string& word);  ///< throws Error on another word
+
 struct LeftOut {
   double frequency_hz = 0.0;
   std::string reason;
+  LeftOutOf what = LeftOutOf::both;
 };
 
 /// Where a result comes from.
 struct Provenance {
   std::string program_version;
-  std::string date;  ///< ISO 8601, UTC
+  std::string date;                                         ///< ISO 8601, UTC
   std::vector<std::pair<std::string, std::string>> inputs;  ///< file name, SHA-256
   double band_lo_hz = 0.0;
   double band_hi_hz = 0.0;
@@ -44,18 +54,27 @@ struct Provenance {
 struct IdentifiedParameters {
   std::string body;
   RayleighFit rayleigh;
+  bool rayleigh_known = false;  ///< false without any trusted damping
   IdentifiedCurve modulus;      ///< [Pa]
   IdentifiedCurve loss_factor;  ///< [-], freed of the rising modulus' bias
-  Eigen::VectorXd kramers_kronig_loss_factor;  ///< (pi/2) d ln E/d ln f at the same frequencies, for information
+  Eigen::VectorXd
+      kramers_kronig_loss_factor;  ///< (pi/2) d ln E/d ln f at the same frequencies, for information
   std::vector<LeftOut> rejected;
   Pairing pairing;
   Provenance provenance;
 };
 
-/// Modes -> Rayleigh coefficients, E(f), eta(f) of the model's body. The loss factor of each mode is read as eta/(1 - n/2) by
-/// every fit when E ~ f^n: it is multiplied by (1 - n/2) with n from the fitted modulus law (physics §3).
-IdentifiedParameters identify_parameters(const ModeSet& measured, const fem::Model& model, const fem::Drive& drive,
-                                         const fem::Measurement& measurement, const FitOptions& options = {});
+/// Modes -> Rayleigh coefficients, E(f), eta(f) of the model's body (docs/parameter_identification.md).
+///
+/// A mode may be trusted for the modulus and not for the loss factor. The loss factor of each mode is read as
+/// eta/(1 - n/2) by every fit when E ~ f^n: it is multiplied by (1 - n/2) with n from the fitted modulus law
+/// (physics.md, section 3). The same holds for the damping ratios behind alpha and beta, as the viscous
+/// model's stiffness is E(f) too. Standard errors that the modes do not have are taken as 0.5 % of E and 5 %
+/// of eta. Throws Error when no mode can be paired, a named law is unknown or not determined by the points,
+/// or an option is out of range.
+IdentifiedParameters identify_parameters(const ModeSet& measured, const fem::Model& model,
+                                         const fem::Drive& drive, const fem::Measurement& measurement,
+                                         const FitOptions& options = {});
 
 /// The body's material with what was identified in place of what was known.
 fem::Material apply(const IdentifiedParameters& identified, fem::Material material);
