@@ -49,7 +49,7 @@ class CurvedWire : public testing::Test {
  protected:
   static void SetUpTestSuite() {
     folder_ = new Folder;
-    run_ = new Run(run_struna("identify '" + sample_data("curved_wire/study.toml").string() + "' -o result", *folder_));
+    run_ = new ProgramRun(run_struna("identify '" + sample_data("curved_wire/study.toml").string() + "' -o result", *folder_));
     if (run_->exit_code == 0)
       identified_ = new ident::IdentifiedParameters(
           ident::read_parameters((*folder_ / "result/identified.toml").string()));
@@ -62,11 +62,11 @@ class CurvedWire : public testing::Test {
   void SetUp() override { ASSERT_EQ(run_->exit_code, 0) << run_->err; }
 
   static Folder* folder_;
-  static Run* run_;
+  static ProgramRun* run_;
   static ident::IdentifiedParameters* identified_;
 };
 Folder* CurvedWire::folder_ = nullptr;
-Run* CurvedWire::run_ = nullptr;
+ProgramRun* CurvedWire::run_ = nullptr;
 ident::IdentifiedParameters* CurvedWire::identified_ = nullptr;
 
 TEST_F(CurvedWire, WritesEveryFileOfTheInterface) {
@@ -116,7 +116,7 @@ TEST_F(CurvedWire, NoModeIsPairedWrongly) {
 
 TEST_F(CurvedWire, PredictionMeetsTheTrueTransferFunction) {
   const std::string truth = sample_data("curved_wire/true_trfam.csv").string();
-  const Run run = run_struna("predict '" + sample_data("curved_wire/scene.toml").string() +
+  const ProgramRun run = run_struna("predict '" + sample_data("curved_wire/scene.toml").string() +
                                  "' --parameters result/identified.toml --like '" + truth + "' -o against_truth.csv",
                              *folder_);
   ASSERT_EQ(run.exit_code, 0) << run.err;

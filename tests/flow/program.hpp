@@ -11,20 +11,20 @@
 namespace struna::tests {
 
 /// What a run of a command line gave.
-struct Run {
+struct ProgramRun {
   int exit_code = -1;
   std::string out;
   std::string err;
 };
 
 /// Runs `struna ARGUMENTS` (a shell line) inside `folder`.
-inline Run run_struna(const std::string& arguments, const Folder& folder) {
+inline ProgramRun run_struna(const std::string& arguments, const Folder& folder) {
   const auto out = folder / ".stdout";
   const auto err = folder / ".stderr";
   const std::string line = "cd '" + folder.path().string() + "' && '" STRUNA_PROGRAM "' " + arguments + " >'" +
                            out.string() + "' 2>'" + err.string() + "' </dev/null";
   const int status = std::system(line.c_str());
-  Run run{WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(out), read_text(err)};
+  ProgramRun run{WIFEXITED(status) ? WEXITSTATUS(status) : -1, read_text(out), read_text(err)};
   std::filesystem::remove(out);
   std::filesystem::remove(err);
   return run;
