@@ -1,6 +1,5 @@
 // Dependencies point one way, apps -> ident -> fem -> Eigen, and every other library has its home in .cpp
-// files. Files in a CMake list stand in data order: a file includes only headers of its own stem or of files
-// above it.
+// files. CMake lists stand in data order: a header includes only those of stems above its own.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -92,7 +91,7 @@ TEST(Architecture, EveryLibraryHasItsHome) {
     }
   }
   for (const auto& home : homes) {
-    if (home.header != "glog/") EXPECT_GT(uses[home.header], 0) << home.header << " is not used: drop it";
+    EXPECT_GT(uses[home.header], 0) << home.header << " is not used: drop it";
   }
 }
 
@@ -133,6 +132,7 @@ TEST(Architecture, ListsInCMakeStandInDataOrder) {
         EXPECT_EQ(fs::path(file).extension(), ".hpp") << file << " is not in " << room << "/CMakeLists.txt";
         continue;
       }
+      if (fs::path(file).extension() != ".hpp") continue;
       for (const auto& include : includes_of(file)) {
         if (!begins_with(include, room + "/")) continue;
         const auto used = std::find(stems.begin(), stems.end(), fs::path(include).stem().string());

@@ -213,7 +213,7 @@ TEST_P(BadInput, IsToldInOneLineAndLeavesNoFile) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Tried, BadInput, testing::ValuesIn(cases()),
-                         [](const auto& info) { return info.param.name; });
+                         [](const auto& one) { return one.param.name; });
 
 TEST(BadInputKeeps, AnOlderOutputWhenTheNewRunFails) {
   const Folder folder;
