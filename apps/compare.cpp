@@ -1,7 +1,87 @@
+#include <fmt/format.h>
+
+#include <memory>
+
 #include "apps/commands.hpp"
+#include "apps/console.hpp"
+#include "ident/comparison.hpp"
+#include "ident/transfer_function_file.hpp"
 
 namespace struna::apps {
+namespace {
 
-void add_compare(CLI::App& app) { (void)app; }
+struct CompareArguments {
+  std::string measured;
+  std::string predicted;
+  std::string to;
+  std::string band;
+};
+
+ident::TransferFunction read_with_warnings(const std::string& file) {
+  std::vector<std::string> warnings;
+  ident::TransferFunction tf = ident::read_transfer_function(file, &warnings);
+  for (const std::string& warning : warnings) warn(warning);
+  return tf;
+}
+
+Table outputs_table(const ident::Comparison& comparison) {
+  Table table{{"output", "FRAC", "error [dB]", "mean [dB]", "largest [dB]", "lines"}, {}};
+  for (const ident::OutputComparison& output : comparison.outputs) {
+    table.rows.push_back({output.output, fmt::format("{:.5f}", output.frac),
+                          fmt::format("{:.3f}", output.log_magnitude_error_db),
+                          fmt::format("{:+.3f}", output.mean_db), fmt::format("{:.2f}", output.largest_db),
+                          fmt::format("{}", output.lines)});
+  }
+  return table;
+}
+
+Table peaks_table(const ident::Comparison& comparison) {
+  Table table{{"output", "measured peak [Hz]", "predicted [Hz]", "difference [%]", "amplitude [dB]"}, {}};
+  for (const ident::OutputComparison& output : comparison.outputs) {
+    for (const ident::PeakDifference& peak : output.peaks) {
+      table.rows.push_back({output.output, fmt::format("{:.3f}", peak.measured_hz),
+                            fmt::format("{:.3f}", peak.predicted_hz),
+                            fmt::format("{:+.3f}", 100.0 * (peak.predicted_hz / peak.measured_hz - 1.0)),
+                            fmt::format("{:+.2f}", peak.amplitude_db)});
+    }
+  }
+  return table;
+}
+
+void run_compare(const CompareArguments& arguments) {
+  const Band band = arguments.band.empty() ? Band{} : parse_band(arguments.band);
+  const ident::TransferFunction measured = read_with_warnings(arguments.measured);
+  const ident::TransferFunction predicted = read_with_warnings(arguments.predicted);
+  const ident::Comparison comparison = blaming({arguments.predicted, arguments.measured}, [&] {
+    return ident::compare(measured, predicted, band.lo_hz, band.hi_hz);
+  });
+  for (const std::string& name : comparison.not_compared) {
+    warn(fmt::format("{}: has no output {}: not compared", arguments.predicted, name));
+  }
+  if (!arguments.to.empty()) ident::write_comparison(comparison, arguments.to);
+
+  print(fmt::format("{:.6g} to {:.6g} Hz", comparison.lo_hz, comparison.hi_hz));
+  print(outputs_table(comparison));
+  print("");
+  print(peaks_table(comparison));
+}
+
+}  // namespace
+
+void add_compare(CLI::App& app) {
+  const auto arguments = std::make_shared<CompareArguments>();
+  CLI::App* const compare = app.add_subcommand(
+      "compare", "FRAC, level error and peaks of a predicted against a measured transfer function");
+  compare->add_option("MEASURED", arguments->measured, "measured transfer function CSV")->required();
+  compare
+      ->add_option("PREDICTED", arguments->predicted, "predicted one; outputs of the same names are compared")
+      ->required();
+  compare->add_option("-o", arguments->to, "comparison CSV to write");
+  compare->add_option("--band", arguments->band, "LO:HI [Hz]; default: all that both have");
+  compare->footer(
+      "Example:\n"
+      "  struna compare trfam.csv predicted.csv -o comparison.csv --band 10:1000");
+  compare->callback([arguments] { run_compare(*arguments); });
+}
 
 }  // namespace struna::apps

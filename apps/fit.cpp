@@ -1,7 +1,156 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cmath>
+#include <memory>
+
 #include "apps/commands.hpp"
+#include "apps/console.hpp"
+#include "apps/provenance.hpp"
+#include "apps/scene_file.hpp"
+#include "apps/scene_fit.hpp"
+#include "ident/mode_file.hpp"
+#include "ident/parameter_file.hpp"
 
 namespace struna::apps {
+namespace {
 
-void add_fit(CLI::App& app) { (void)app; }
+struct FitArguments {
+  std::string scene;
+  std::string modes;
+  std::string to;
+  std::string band;
+  ident::FitOptions options;
+};
+
+/// Index of the curve's point at this frequency, -1 when the mode is not trusted for it.
+Eigen::Index point_at(const ident::IdentifiedCurve& curve, double f_hz) {
+  for (Eigen::Index i = 0; i < curve.frequency_hz.size(); ++i) {
+    if (curve.frequency_hz[i] == f_hz) return i;
+  }
+  return -1;
+}
+
+std::string model_modes(const ident::Pair& pair) {
+  std::vector<int> numbers = pair.model;
+  for (int& number : numbers) ++number;
+  return fmt::format("{}", fmt::join(numbers, "+"));
+}
+
+Table modes_table(const ident::ModeSet& modes, const ident::IdentifiedParameters& identified) {
+  Table table{
+      {"mode", "measured [Hz]", "model mode", "MAC", "E [GPa]", "+-", "loss factor", "+-", "Kramers-Kronig"},
+      {}};
+  for (const ident::Pair& pair : identified.pairing.pairs) {
+    const double f = modes.modes[static_cast<std::size_t>(pair.measured)].natural_frequency_hz;
+    std::vector<std::string> row = {fmt::format("{}", pair.measured + 1), fmt::format("{:.3f}", f),
+                                    model_modes(pair),
+                                    std::isnan(pair.mac) ? "-" : fmt::format("{:.3f}", pair.mac)};
+    const Eigen::Index e = point_at(identified.modulus, f);
+    row.push_back(e < 0 ? "-" : fmt::format("{:.3f}", 1e-9 * identified.modulus.value[e]));
+    row.push_back(e < 0 ? "-" : fmt::format("{:.3f}", 1e-9 * identified.modulus.sigma[e]));
+    const Eigen::Index eta = point_at(identified.loss_factor, f);
+    row.push_back(eta < 0 ? "-" : fmt::format("{:.5f}", identified.loss_factor.value[eta]));
+    row.push_back(eta < 0 ? "-" : fmt::format("{:.5f}", identified.loss_factor.sigma[eta]));
+    row.push_back(eta < 0 ? "-" : fmt::format("{:.4f}", identified.kramers_kronig_loss_factor[eta]));
+    table.rows.push_back(row);
+  }
+  return table;
+}
+
+Table laws_table(const ident::IdentifiedParameters& identified) {
+  Table table{{"law of", "kind", "AICc", "rms/sigma", "used", "parameters"}, {}};
+  const auto add = [&](const char* what, const ident::IdentifiedCurve& curve) {
+    for (const ident::LawFit& fit : curve.laws) {
+      const fem::FrequencyLaw& law = fit.law;
+      const bool used = &fit == &curve.laws.front();
+      const std::vector<double>& shown = law.parameters.empty() ? law.value : law.parameters;
+      table.rows.push_back({what, fem::to_string(law.kind), fmt::format("{:.2f}", fit.aicc),
+                            fmt::format("{:.2f}", fit.rms), used ? "yes" : "",
+                            fmt::format("{:.5g}", fmt::join(shown, "  "))});
+    }
+  };
+  add("modulus", identified.modulus);
+  add("loss factor", identified.loss_factor);
+  return table;
+}
+
+std::string rayleigh_line(const ident::IdentifiedParameters& identified) {
+  if (!identified.rayleigh_known) return "Rayleigh: no mode is trusted for its damping";
+  const ident::RayleighFit& fit = identified.rayleigh;
+  std::string line =
+      fmt::format("Rayleigh: alpha = {:.4g} +- {:.2g} 1/s{}, beta = {:.4g} +- {:.2g} s{}, rms/sigma {:.2f}",
+                  fit.rayleigh.alpha, fit.alpha_sigma, fit.alpha_at_bound ? " (held at zero)" : "",
+                  fit.rayleigh.beta, fit.beta_sigma, fit.beta_at_bound ? " (held at zero)" : "", fit.rms);
+  return fit.determined ? line : line + "; one frequency: beta alone";
+}
+
+void print_result(const ident::ModeSet& modes, const ident::IdentifiedParameters& identified) {
+  print(modes_table(modes, identified));
+  print("");
+  if (!identified.rejected.empty()) {
+    Table table{{"left out [Hz]", "of", "reason"}, {}};
+    for (const ident::LeftOut& left_out : identified.rejected) {
+      table.rows.push_back(
+          {fmt::format("{:.3f}", left_out.frequency_hz), ident::to_string(left_out.what), left_out.reason});
+    }
+    print(table);
+    print("");
+  }
+  print(laws_table(identified));
+  print("");
+  print(rayleigh_line(identified));
+  if (!identified.pairing.missing.empty()) {
+    std::vector<int> missing = identified.pairing.missing;
+    for (int& mode : missing) ++mode;
+    print(fmt::format("model modes in the band that were not measured: {}", fmt::join(missing, ", ")));
+  }
+}
+
+void run_fit(FitArguments& arguments) {
+  for (const std::string& word : {arguments.options.modulus_law, arguments.options.loss_factor_law}) {
+    if (!word.empty()) option_value("--modulus-law, --loss-factor-law", word, fem::law_kind);
+  }
+  if (!arguments.band.empty()) {
+    const Band band = parse_band(arguments.band);
+    arguments.options.band_lo_hz = band.lo_hz;
+    arguments.options.band_hi_hz = band.hi_hz;
+  }
+  const fem::Scene scene = read_scene(arguments.scene);
+  const ident::ModeSet modes = ident::read_modes(arguments.modes);
+  progress(fmt::format("pairing {} modes", modes.modes.size()));
+  ident::IdentifiedParameters identified = blaming({arguments.modes, arguments.scene}, [&] {
+    return fit_to_scene(scene, modes, arguments.options).identified;
+  });
+  if (identified.pairing.sign_reversed) {
+    warn("all modal constants have the sign opposite to the model's: a channel's sign is likely reversed");
+  }
+  identified.provenance = provenance({arguments.scene, arguments.modes}, identified.provenance.band_lo_hz,
+                                     identified.provenance.band_hi_hz);
+  ident::write_parameters(identified, arguments.to);
+  print_result(modes, identified);
+}
+
+}  // namespace
+
+void add_fit(CLI::App& app) {
+  const auto arguments = std::make_shared<FitArguments>();
+  CLI::App* const fit =
+      app.add_subcommand("fit", "modulus, loss factor and Rayleigh coefficients from measured modes");
+  fit->add_option("SCENE", arguments->scene, "scene TOML: geometry, density, ends, drive and measurement")
+      ->required();
+  fit->add_option("MODES", arguments->modes, "modes CSV, as `struna modes` writes it or made by hand")
+      ->required();
+  fit->add_option("-o", arguments->to, "identified parameters TOML to write")->required();
+  const std::string laws = "constant, power, fractional_zener or monotone_spline; default: by AICc";
+  fit->add_option("--modulus-law", arguments->options.modulus_law, laws);
+  fit->add_option("--loss-factor-law", arguments->options.loss_factor_law, laws);
+  fit->add_option("--band", arguments->band, "LO:HI, modes to use [Hz]");
+  fit->footer(
+      "Examples:\n"
+      "  struna fit scene.toml modes.csv -o identified.toml\n"
+      "  struna fit scene.toml modes.csv -o identified.toml --modulus-law power --band 10:900");
+  fit->callback([arguments] { run_fit(*arguments); });
+}
 
 }  // namespace struna::apps
