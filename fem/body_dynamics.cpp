@@ -8,13 +8,6 @@
 namespace struna::fem {
 namespace {
 
-/// Loads over all dof of a uniform acceleration: M g, held rows included.
-Eigen::VectorXd weight(const Model& model, const Eigen::Vector3d& gravity) {
-  Eigen::VectorXd translation = Eigen::VectorXd::Zero(model.dof_count());
-  for (long dof = 0; dof < model.dof_count(); dof += 6) translation.segment<3>(dof) = gravity;
-  return multiply(model.mass, translation);
-}
-
 /// The Rayleigh alpha that acts: it belongs to viscous damping alone.
 double acting_alpha(const Material& material) {
   return material.damping == Damping::viscous ? material.rayleigh.alpha : 0.0;
@@ -32,7 +25,7 @@ OutputRow support_force_row(const Model& model, const Eigen::VectorXd& shape, co
   row.on_motion = {0.0, alpha * carried_mass, carried_mass};
   if (drive.force.size() > 0) row.on_motion[0] = -shape.dot(drive.force);
   row.static_stiffness = multiply(model.stiffness, shape).col(0).dot(coordinates.carried);
-  row.constant = -shape.dot(weight(model, drive.gravity));
+  row.constant = -shape.dot(gravity_load(model, drive.gravity));
   row.on_contact = Eigen::MatrixX2d::Zero(static_cast<long>(pairs.size()), 2);
   for (std::size_t p = 0; p < pairs.size(); ++p) {
     const auto at = static_cast<long>(p);
@@ -59,6 +52,12 @@ OutputRow point_motion_row(const Eigen::VectorXd& weights, MotionQuantity quanti
 }
 
 }  // namespace
+
+Eigen::VectorXd gravity_load(const Model& model, const Eigen::Vector3d& gravity) {
+  Eigen::VectorXd translation = Eigen::VectorXd::Zero(model.dof_count());
+  for (long dof = 0; dof < model.dof_count(); dof += 6) translation.segment<3>(dof) = gravity;
+  return multiply(model.mass, translation);
+}
 
 BodyDrive body_drive(const Scene& scene, const Model& model) {
   BodyDrive drive;
@@ -108,7 +107,7 @@ ModalBody modal_body(const Model& model, const Eigenmodes& complete_modes, const
   body.load.col(2) = -participation;
   if (drive.force.size() > 0) body.load.col(0) = coordinates.basis.transpose() * drive.force;
   if (!drive.gravity.isZero(0.0))
-    body.constant_load = coordinates.basis.transpose() * weight(model, drive.gravity);
+    body.constant_load = coordinates.basis.transpose() * gravity_load(model, drive.gravity);
   return body;
 }
 

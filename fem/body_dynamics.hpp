@@ -35,6 +35,9 @@ Coordinates modal_coordinates(const Model& model, const Eigenmodes& complete_mod
 /// The free dof themselves.
 Coordinates nodal_coordinates(const Model& model, const BodyDrive& drive);
 
+/// Loads over all dof of a uniform acceleration: M g, held rows included.
+Eigen::VectorXd gravity_load(const Model& model, const Eigen::Vector3d& gravity);
+
 /// The body for ModalStepper, in modal_coordinates().
 ModalBody modal_body(const Model& model, const Eigenmodes& complete_modes, const Coordinates& coordinates,
                      const BodyDrive& drive, double band_hi_hz);

@@ -199,7 +199,7 @@ MotionHistory line_motion(const Excitation& excitation, double duration) {
   const std::size_t counted =
       random ? std::min(nodes, static_cast<std::size_t>(duration / interval) + 1) : nodes;
   scale(table, excitation.rms_acceleration / rms_acceleration(table, counted, interval));
-  return {std::make_shared<SepticTable>(std::move(table), interval, true), duration};
+  return {std::make_shared<SepticTable>(std::move(table), interval, true), duration, excitation.band_hi_hz};
 }
 
 void require_positive(double value, const char* name) {
@@ -270,14 +270,15 @@ MotionHistory motion_history(const Excitation& excitation, double duration) {
       require_positive(excitation.frequency_hz, "the sine's frequency [Hz]");
       require_positive(excitation.acceleration, "the acceleration [m/s^2]");
       const double omega = two_pi * excitation.frequency_hz;
-      return {std::make_shared<Chirp>(excitation.acceleration, omega, 0.0), duration};
+      return {std::make_shared<Chirp>(excitation.acceleration, omega, 0.0), duration,
+              excitation.frequency_hz};
     }
     case Excitation::Kind::chirp: {
       require_band(excitation);
       require_positive(excitation.acceleration, "the acceleration [m/s^2]");
       const double sweep = two_pi * (excitation.band_hi_hz - excitation.band_lo_hz) / duration;
       return {std::make_shared<Chirp>(excitation.acceleration, two_pi * excitation.band_lo_hz, sweep),
-              duration};
+              duration, excitation.band_hi_hz};
     }
     case Excitation::Kind::random:
     case Excitation::Kind::multisine:
@@ -307,7 +308,8 @@ MotionHistory motion_from_samples(const Eigen::VectorXd& samples, double sample_
   for (long i = 0; i < samples.size(); ++i)
     nodes.push_back(spline_node(&coefficients[static_cast<std::size_t>(i + margin)]));
   const double duration = static_cast<double>(samples.size() - 1) * sample_interval;
-  return {std::make_shared<SepticTable>(std::move(nodes), sample_interval, false), duration};
+  return {std::make_shared<SepticTable>(std::move(nodes), sample_interval, false), duration,
+          0.5 / sample_interval};
 }
 
 }  // namespace struna::fem

@@ -20,15 +20,18 @@ struct MotionSample {
 class MotionHistory {
  public:
   class Source;  ///< closed form or table (motion.cpp)
-  MotionHistory(std::shared_ptr<const Source> source, double duration)
-      : source_(std::move(source)), duration_(duration) {}
+  MotionHistory(std::shared_ptr<const Source> source, double duration, double highest_hz)
+      : source_(std::move(source)), duration_(duration), highest_hz_(highest_hz) {}
   /// Throws Error outside [0, duration].
   MotionSample at(double t) const;
   double duration() const { return duration_; }
+  /// Upper edge of the band that the motion fills [Hz]; half the sampling rate of a record.
+  double highest_hz() const { return highest_hz_; }
 
  private:
   std::shared_ptr<const Source> source_;
   double duration_;
+  double highest_hz_;
 };
 
 /// The history an excitation describes, by kind:

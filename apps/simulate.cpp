@@ -1,0 +1,238 @@
+#include <fmt/format.h>
+
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <memory>
+#include <optional>
+
+#include "apps/commands.hpp"
+#include "apps/console.hpp"
+#include "apps/scene_file.hpp"
+#include "fem/simulation.hpp"
+#include "ident/atomic_file.hpp"
+#include "ident/record.hpp"
+
+namespace struna::apps {
+namespace {
+
+struct SimulateArguments {
+  std::string scene;
+  std::vector<std::string> parameters;
+  std::string to;
+  std::string method;
+  std::string contacts_to;
+};
+
+std::atomic<bool> interrupted_ = false;
+
+/// While it lives, the first Ctrl-C asks the run to stop; the second one ends the program as usual.
+class InterruptGuard {
+ public:
+  InterruptGuard() {
+    interrupted_ = false;
+    previous_ = std::signal(SIGINT, [](int) {
+      interrupted_ = true;
+      std::signal(SIGINT, SIG_DFL);
+    });
+  }
+  ~InterruptGuard() { std::signal(SIGINT, previous_); }
+  InterruptGuard(const InterruptGuard&) = delete;
+  InterruptGuard& operator=(const InterruptGuard&) = delete;
+
+ private:
+  void (*previous_)(int) = SIG_DFL;
+};
+
+/// Tells every two seconds how far a run is and how long it will still take.
+class RunProgress {
+ public:
+  explicit RunProgress(double duration) : duration_(duration) {}
+  bool operator()(double time) {
+    using Clock = std::chrono::steady_clock;
+    const auto now = Clock::now();
+    if (time < last_time_) begin_ = now;  // the run with contact starts over
+    last_time_ = time;
+    const double spent = std::chrono::duration<double>(now - begin_).count();
+    if (time > 0.0 && std::chrono::duration<double>(now - told_).count() > 2.0) {
+      progress(fmt::format("simulated {:.3g} of {:g} s, {:.0f} s left", time, duration_,
+                           spent * (duration_ - time) / time));
+      told_ = now;
+    }
+    return !interrupted_;
+  }
+
+ private:
+  double duration_;
+  double last_time_ = 0.0;
+  std::chrono::steady_clock::time_point begin_ = std::chrono::steady_clock::now();
+  std::chrono::steady_clock::time_point told_ = begin_;
+};
+
+bool is_force_drive(const fem::Scene& scene) {
+  return scene.drive && std::holds_alternative<fem::BodyPoint>(scene.drive->at);
+}
+
+/// The motion that the scene asks for; a record's samples are read here.
+fem::MotionHistory motion_of(const fem::Scene& scene) {
+  const fem::Excitation& excitation = scene.simulation->excitation;
+  if (excitation.kind != fem::Excitation::Kind::record) return fem::scene_motion(scene);
+  const ident::Record record = ident::read_record(excitation.file, {excitation.column});
+  const auto wanted = is_force_drive(scene) ? ident::Quantity::force : ident::Quantity::displacement;
+  const auto got = record.channels.front().quantity;
+  if (got != wanted) {
+    const char* cure = wanted == ident::Quantity::displacement
+                           ? "a moved support needs a displacement, since integrating others would drift"
+                           : "a driven point needs a force";
+    throw Error(excitation.file, 1,
+                fmt::format("column '{}' is in [{}], but {}", excitation.column, ident::si_unit(got), cure));
+  }
+  const double lasts = static_cast<double>(record.samples.rows() - 1) * record.sample_interval;
+  if (lasts < scene.simulation->duration - 1.0 / scene.simulation->sample_rate) {
+    throw Error(excitation.file, 0,
+                fmt::format("the record lasts {:g} s, less than the scene's duration = {:g} s", lasts,
+                            scene.simulation->duration));
+  }
+  return blaming({excitation.file},
+                 [&] { return fem::motion_from_samples(record.samples.col(0), record.sample_interval); });
+}
+
+ident::Quantity quantity_of(const fem::SceneMeasurement& measurement) {
+  if (std::holds_alternative<fem::Support>(measurement.at)) return ident::Quantity::force;
+  switch (measurement.quantity) {
+    case fem::MotionQuantity::displacement:
+      return ident::Quantity::displacement;
+    case fem::MotionQuantity::velocity:
+      return ident::Quantity::velocity;
+    case fem::MotionQuantity::acceleration:
+      break;
+  }
+  return ident::Quantity::acceleration;
+}
+
+ident::Record record_of(const fem::Scene& scene, const fem::TimeResponse& response) {
+  ident::Record record;
+  record.sample_interval = response.sample_interval;
+  if (is_force_drive(scene))
+    record.channels.push_back({"drive_force", ident::Quantity::force, 0.0});
+  else
+    record.channels.push_back({"displacement", ident::Quantity::displacement, 0.0});
+  for (const auto& name : response.names)
+    record.channels.push_back({name, quantity_of(*scene.measurement), 0.0});
+  record.samples.resize(response.motion.size(), response.output.cols() + 1);
+  record.samples << response.motion, response.output;
+  return record;
+}
+
+/// Long form: one row per time bin and contact point.
+void write_contacts(const fem::TimeResponse& response, const std::string& file) {
+  std::string text = "time [s],inside,outside,arc_length [m],penetration [m],force [N]\n";
+  for (const auto& map : response.contacts) {
+    for (long bin = 0; bin < map.penetration.rows(); ++bin) {
+      for (long point = 0; point < map.arc_length.size(); ++point) {
+        text += fmt::format("{:.9g},{},{},{:.9g},{:.6g},{:.6g}\n",
+                            (static_cast<double>(bin) + 0.5) * map.interval, map.inside, map.outside,
+                            map.arc_length[point], map.penetration(bin, point), map.force(bin, point));
+      }
+    }
+  }
+  ident::write_atomically(file, text);
+}
+
+Table report_table(const fem::SimulationReport& report) {
+  Table table{{"what", "value"}, {}};
+  const auto add = [&](const std::string& what, const std::string& value) {
+    table.rows.push_back({what, value});
+  };
+  add("method", report.method == fem::IntegrationMethod::modal ? "modal" : "newmark");
+  if (report.linear) {
+    add("solution", report.largest_offset > 0.0
+                        ? fmt::format("linear: no gap closes, the nearest reaches {:.1f} %",
+                                      100.0 * report.largest_offset)
+                        : "linear: no contact");
+  } else {
+    add("solution", fmt::format("{} contact events", report.steps.events));
+    add("deepest penetration [m]", fmt::format("{:.4g}", report.steps.largest_penetration));
+  }
+  if (report.tolerance > 0.0)
+    add("tolerance asked", fmt::format("{:g} of the largest displacement", report.tolerance));
+  if (report.step > 0.0) add("step [s]", fmt::format("{:g}", report.step));
+  add("steps free + in contact", fmt::format("{} + {}", report.steps.free_steps, report.steps.contact_steps));
+  if (report.method == fem::IntegrationMethod::modal) {
+    add("modes stepped + static + idle",
+        fmt::format("{} + {} + {}{}", report.steps.modes, report.steps.static_modes, report.steps.idle_modes,
+                    report.steps.planar ? ", in one plane" : ""));
+    if (report.cutoff_hz > 0.0) add("modes cut off at [Hz]", fmt::format("{:g}", report.cutoff_hz));
+  }
+  if (report.energy) {
+    const auto& energy = *report.energy;
+    add("energy put in [J]", fmt::format("{:.4g}", energy.input));
+    add("dissipated in bodies + contacts [J]",
+        fmt::format("{:.4g} + {:.4g}", energy.body_dissipated, energy.contact_dissipated));
+    add("imbalance / input",
+        fmt::format("{:.1e}", energy.input != 0.0 ? energy.imbalance() / energy.input : 0.0));
+  }
+  for (const auto& body : report.bodies) {
+    add(fmt::format("'{}'", body.name),
+        fmt::format("{} elements, largest slope {:.3g} rad", body.elements, body.largest_slope));
+  }
+  return table;
+}
+
+fem::IntegrationMethod method_of(const std::string& word) {
+  if (word == "modal") return fem::IntegrationMethod::modal;
+  if (word == "newmark") return fem::IntegrationMethod::newmark;
+  throw Error(fmt::format("must be modal or newmark, got '{}'", word));
+}
+
+void run_simulate(const SimulateArguments& arguments) {
+  fem::Scene scene = read_scene(arguments.scene);
+  apply_parameters(scene, arguments.parameters);
+  if (!scene.simulation)
+    throw Error(arguments.scene, 0, "a [simulation] with duration and excitation is needed");
+  if (!arguments.method.empty())
+    scene.simulation->method = option_value("--method", arguments.method, method_of);
+  const auto motion =
+      blaming({arguments.scene, scene.simulation->excitation.file}, [&] { return motion_of(scene); });
+
+  const InterruptGuard guard;
+  const auto response = blaming({arguments.scene}, [&] {
+    return fem::simulate(scene, motion, RunProgress(scene.simulation->duration));
+  });
+  for (const auto& warning : response.report.warnings) warn(warning);
+  if (response.motion.size() < 2)
+    throw Error("simulate: interrupted before anything was computed; no file written");
+  ident::write_record(record_of(scene, response), arguments.to);
+  if (!arguments.contacts_to.empty()) write_contacts(response, arguments.contacts_to);
+  print(report_table(response.report));
+  if (!response.report.complete) {
+    throw Error(fmt::format("simulate: interrupted at {:g} s of {:g} s; {} holds what was computed",
+                            static_cast<double>(response.motion.size()) * response.sample_interval,
+                            scene.simulation->duration, arguments.to));
+  }
+}
+
+}  // namespace
+
+void add_simulate(CLI::App& app) {
+  const auto arguments = std::make_shared<SimulateArguments>();
+  CLI::App* const simulate =
+      app.add_subcommand("simulate", "records of a scene run in time, contact included");
+  simulate->add_option("SCENE", arguments->scene, "scene TOML with [simulation]")->required();
+  simulate
+      ->add_option("--parameters", arguments->parameters, "identified.toml; may be repeated, one per body")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  simulate->add_option("-o", arguments->to, "records CSV to write")->required();
+  simulate->add_option("--method", arguments->method, "modal or newmark, instead of the scene's");
+  simulate->add_option("--contacts", arguments->contacts_to,
+                       "CSV of penetration and force per contact point over time");
+  simulate->footer(
+      "Ctrl-C stops a run; what was computed is written, exit code 1.\n"
+      "Examples:\n"
+      "  struna simulate scene.toml -o records.csv\n"
+      "  struna simulate scene.toml --parameters identified.toml -o records.csv --contacts contacts.csv");
+  simulate->callback([arguments] { run_simulate(*arguments); });
+}
+
+}  // namespace struna::apps

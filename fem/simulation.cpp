@@ -1,0 +1,285 @@
+#include "fem/simulation.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "fem/error.hpp"
+#include "fem/newmark.hpp"
+#include "fem/sampled_run.hpp"
+
+namespace struna::fem {
+namespace {
+
+using Eigen::VectorXd;
+
+class ModalRun final : public Stepper {
+ public:
+  ModalRun(const SimulationPlan& plan, std::vector<ModalBody> bodies, std::vector<ContactPoint> points,
+           const MotionHistory& motion, const ModalSteppingOptions& options)
+      : plan_(plan),
+        bodies_(bodies),
+        contact_(!points.empty()),
+        stepper_(
+            std::move(bodies), std::move(points), [motion](double t) { return motion.at(t); }, options) {}
+
+  void settle() { stepper_.settle(); }
+  void advance(double time) override { stepper_.advance(time); }
+  VectorXd displacement(int body) const override { return stepper_.displacement(body); }
+  VectorXd velocity(int body) const override { return stepper_.velocity(body); }
+  /// q'' = p - (elastic and damping force), contact included in p.
+  VectorXd acceleration(int body, const MotionSample& u) const override {
+    const ModalBody& modal = bodies_[static_cast<std::size_t>(body)];
+    VectorXd p = modal.load * Eigen::Vector3d(u.displacement, u.velocity, u.acceleration);
+    if (modal.constant_load.size() > 0) p += modal.constant_load;
+    for (std::size_t i = 0; contact_ && i < plan_.points.size(); ++i) {
+      const ContactPoint& point = plan_.points[i];
+      if (point.inside_body != body && point.outside_body != body) continue;
+      const Eigen::Vector2d f = force_on_inside(static_cast<int>(i));
+      if (f.isZero(0.0)) continue;
+      if (point.inside_body == body) p += point.inside * f;
+      if (point.outside_body == body) p -= point.outside * f;
+    }
+    return p - stepper_.internal_force(body);
+  }
+  double penetration(int point) const override { return stepper_.penetration(point); }
+  double force(int point) const override { return stepper_.force(point); }
+  Eigen::Vector2d offset(int point) const override { return stepper_.offset(point); }
+  StepReport steps() const override { return stepper_.report(); }
+  std::optional<EnergyLedger> energy() const override { return stepper_.energy(); }
+
+ private:
+  const SimulationPlan& plan_;
+  std::vector<ModalBody> bodies_;
+  bool contact_;
+  ModalStepper stepper_;
+};
+
+class NewmarkRun final : public Stepper {
+ public:
+  NewmarkRun(std::vector<NodalBody> bodies, std::vector<ContactPoint> points, const MotionHistory& motion,
+             const NewmarkOptions& options)
+      : stepper_(
+            std::move(bodies), std::move(points), [motion](double t) { return motion.at(t); }, options) {
+    stepper_.settle();  // the static shape moving with the base
+  }
+  void advance(double time) override { stepper_.advance(time); }
+  VectorXd displacement(int body) const override { return stepper_.displacement(body); }
+  VectorXd velocity(int body) const override { return stepper_.velocity(body); }
+  VectorXd acceleration(int body, const MotionSample&) const override { return stepper_.acceleration(body); }
+  double penetration(int point) const override { return stepper_.penetration(point); }
+  double force(int point) const override { return stepper_.force(point); }
+  Eigen::Vector2d offset(int point) const override { return stepper_.offset(point); }
+  StepReport steps() const override { return stepper_.report(); }
+  std::optional<EnergyLedger> energy() const override { return std::nullopt; }
+
+ private:
+  NewmarkStepper stepper_;
+};
+
+bool has_gravity(const Scene& scene) {
+  return !scene.simulation->gravity.isZero(0.0);
+}
+
+/// Modes above it are left to statics. See docs/simulation.md for the measurements behind it.
+double cutoff_of(const Simulation& simulation, double highest_hz, bool contact) {
+  if (!contact) return 6.0 * highest_hz;  // their inertia is below 1/36 of what is small already
+  (void)simulation;
+  if (const char* e = std::getenv("CUT")) return atof(e);
+  return 20000.0;
+}
+
+double highest_mode_hz(const ModalBody& body) {
+  return body.poles.natural_frequency_hz.maxCoeff();
+}
+
+/// Rows without the inertia of modes that only follow statically.
+void leave_out_static_inertia(const ModalBody& body, double cutoff_hz, std::vector<OutputRow>& rows) {
+  for (long m = 0; m < body.poles.natural_frequency_hz.size(); ++m) {
+    if (body.poles.natural_frequency_hz[m] <= cutoff_hz) continue;
+    for (auto& row : rows) row.on_acceleration[m] = row.on_velocity[m] = 0.0;
+  }
+}
+
+Sampling sampling_of(const Simulation& simulation, double wanted_rate, bool filter) {
+  Sampling sampling;
+  sampling.rate = simulation.sample_rate;
+  sampling.samples = static_cast<long>(std::floor(simulation.duration * sampling.rate + 1e-6));
+  sampling.oversampling = static_cast<int>(std::clamp(std::ceil(wanted_rate / sampling.rate), 1.0, 64.0));
+  sampling.filter = filter;
+  if (sampling.samples < 1) {
+    throw Error(fmt::format("simulate: the duration {:g} s is shorter than a sample at {:g} Hz",
+                            simulation.duration, sampling.rate));
+  }
+  return sampling;
+}
+
+RunEnd run_modal(const Scene& scene, SimulationPlan& plan, const MotionHistory& motion, bool contact,
+                 const SimulationProgress& progress, TimeResponse& response) {
+  const Simulation& simulation = *scene.simulation;
+  const double cutoff = cutoff_of(simulation, motion.highest_hz(), contact);
+  std::vector<ModalBody> bodies;
+  double highest = 0.0;
+  for (const auto& body : plan.bodies) {
+    bodies.push_back(modal_body(body.model, body.modes, body.coordinates, body.drive, motion.highest_hz()));
+    highest = std::max(highest, highest_mode_hz(bodies.back()));
+  }
+  SimulationPlan sampled = plan;
+  leave_out_static_inertia(bodies[static_cast<std::size_t>(plan.measured_body)], cutoff, sampled.rows);
+  ModalSteppingOptions options;
+  options.tolerance = simulation.tolerance;
+  options.step = simulation.step;
+  options.contact_substeps = simulation.contact_substeps;
+  options.highest_mode_hz = cutoff < highest ? cutoff : 0.0;
+  options.keep_events = false;
+  const MaxwellLaw law = bodies[static_cast<std::size_t>(plan.measured_body)].poles.law;
+  const double wanted = contact ? 2.0 * std::min(cutoff, highest) : checks_per_period * motion.highest_hz();
+  const bool check_only = !contact && plan.points.empty();
+  const Sampling sampling = sampling_of(simulation, check_only ? 0.0 : wanted, contact);
+  ModalRun stepper(sampled, bodies, contact ? plan.points : std::vector<ContactPoint>{}, motion, options);
+  if (has_gravity(scene) || contact) stepper.settle();
+  response.report.cutoff_hz = options.highest_mode_hz;
+  const RunEnd end = run(stepper, sampled, law, motion, sampling, contact, progress, response);
+  for (std::size_t b = 0; b < response.report.bodies.size(); ++b) {
+    const auto& f = bodies[b].poles.natural_frequency_hz;
+    response.report.bodies[b].modes_stepped = static_cast<int>((f.array() <= cutoff).count());
+  }
+  return end;
+}
+
+/// Newmark's body and the modulus law of its reaction. Throws Error where its material is more than E, alpha
+/// and beta.
+std::pair<NodalBody, MaxwellLaw> newmark_body(const PlannedBody& planned) {
+  const Material& material = planned.model.body.material;
+  const bool elastic = material.damping == Damping::structural &&
+                       material.loss_factor.kind == FrequencyLaw::Kind::constant &&
+                       material.loss_factor.at(1.0) == 0.0;
+  if (material.youngs_modulus.kind != FrequencyLaw::Kind::constant ||
+      (material.damping == Damping::structural && !elastic)) {
+    throw Error(fmt::format(
+        "simulate: method \"newmark\" needs a constant youngs_modulus and Rayleigh damping (damping = "
+        "\"viscous\") in body '{}'; method \"modal\" takes E(f) and loss factors into the time domain",
+        planned.model.body.name));
+  }
+  const Rayleigh rayleigh = elastic ? Rayleigh{} : material.rayleigh;
+  const double modulus = material.youngs_modulus.at(1.0);
+  NodalBody body = nodal_body(planned.model, modulus, rayleigh, planned.drive.moved, planned.drive.direction);
+  const auto& free = planned.model.free_dof;
+  if (planned.drive.force.size() > 0) body.load.col(0) += planned.drive.force(free);
+  if (!planned.drive.gravity.isZero(0.0))
+    body.constant_load = gravity_load(planned.model, planned.drive.gravity)(free);
+  return {body, MaxwellLaw{modulus, {}, {}, rayleigh.beta * modulus}};
+}
+
+/// Step [s] whose period error (w dt)^2/12 (Bathe, Finite Element Procedures, section 9.4) at the band's edge
+/// meets the tolerance, at most 1e-5 s where contact has to be followed.
+double newmark_step(const Simulation& simulation, double highest_hz, bool contact) {
+  if (simulation.step > 0.0) return simulation.step;
+  const double step = std::sqrt(12.0 * simulation.tolerance) / (2.0 * std::numbers::pi * highest_hz);
+  return contact ? std::min(step, 1e-5) : step;
+}
+
+RunEnd run_newmark(const Scene& scene, SimulationPlan& plan, const MotionHistory& motion, bool contact,
+                   const SimulationProgress& progress, TimeResponse& response) {
+  const Simulation& simulation = *scene.simulation;
+  std::vector<NodalBody> bodies;
+  MaxwellLaw law;
+  for (std::size_t b = 0; b < plan.bodies.size(); ++b) {
+    auto [body, modulus] = newmark_body(plan.bodies[b]);
+    bodies.push_back(std::move(body));
+    if (static_cast<int>(b) == plan.measured_body) law = modulus;
+  }
+  NewmarkOptions options;
+  options.step = newmark_step(simulation, motion.highest_hz(), contact);
+  options.contact_substeps = simulation.contact_substeps;
+  // Sampled at whole steps: the step is shortened a little, so that a whole number of them lies between
+  // record samples.
+  Sampling sampling = sampling_of(simulation, 0.0, contact);
+  const double per_sample = std::ceil(1.0 / (sampling.rate * options.step) - 1e-9);
+  const double wanted = contact ? 4.0 * sampling.rate : checks_per_period * motion.highest_hz();
+  for (int k = 1; k <= static_cast<int>(per_sample) && sampling.oversampling * sampling.rate < wanted; ++k) {
+    if (static_cast<int>(per_sample) % k == 0) sampling.oversampling = k;
+  }
+  options.step = 1.0 / (sampling.rate * per_sample);
+  sampling.filter = contact && sampling.oversampling > 1;
+  response.report.step = options.step;
+  NewmarkRun stepper(std::move(bodies), contact ? plan.points : std::vector<ContactPoint>{}, motion, options);
+  return run(stepper, plan, law, motion, sampling, contact, progress, response);
+}
+
+void add_warnings(const Scene& scene, const SimulationPlan& plan, SimulationReport& report,
+                  const std::vector<ContactMap>& contacts) {
+  report.warnings = plan.warnings;
+  for (const auto& body : report.bodies) {
+    if (body.stretch_stiffening > 0.05) {
+      report.warnings.push_back(fmt::format(
+          "outside linear beam theory: the deflection of '{}' would stretch it so that its first natural "
+          "frequency squared rises by some {:.0f} %; the linear model leaves that out",
+          body.name, 100.0 * body.stretch_stiffening));
+    }
+    if (body.largest_slope > 0.2) {
+      report.warnings.push_back(
+          fmt::format("outside linear beam theory: '{}' turns by {:.2f} rad (small is below 0.2)", body.name,
+                      body.largest_slope));
+    }
+  }
+  for (const auto& map : contacts) {
+    const double deepest = map.penetration.size() > 0 ? map.penetration.maxCoeff() : 0.0;
+    if (deepest > map.gap) {
+      report.warnings.push_back(
+          fmt::format("'{}' presses {:.3g} m into '{}', more than the gap of {:g} m: the contact "
+                      "stiffness is too low to stand for a wall",
+                      map.inside, deepest, map.outside, map.gap));
+    }
+  }
+  const double usable = 0.4 * scene.simulation->sample_rate;
+  const double highest = scene.simulation->excitation.band_hi_hz;
+  if (!contacts.empty() && highest > usable) {
+    report.warnings.push_back(
+        fmt::format("the anti-alias filter passes {:g} Hz, less than the band's {:g} Hz; "
+                    "a sample_rate of {:g} Hz would hold it",
+                    usable, highest, 2.5 * highest));
+  }
+}
+
+}  // namespace
+
+MotionHistory scene_motion(const Scene& scene) {
+  if (!scene.simulation) throw Error("simulate: the scene needs a [simulation] with duration and excitation");
+  const bool force = scene.drive && std::holds_alternative<BodyPoint>(scene.drive->at);
+  if (force) {
+    throw Error(
+        "simulate: a drive at a point is a force, and only a record can describe one; give excitation kind "
+        "\"record\" with a column of force");
+  }
+  return motion_history(scene.simulation->excitation, scene.simulation->duration);
+}
+
+TimeResponse simulate(const Scene& scene, const MotionHistory& motion, const SimulationProgress& progress) {
+  SimulationPlan plan = plan_simulation(scene, motion.highest_hz());
+  const Simulation& simulation = *scene.simulation;
+  if (motion.duration() < simulation.duration - 1.0 / simulation.sample_rate) {
+    throw Error(fmt::format("simulate: the motion lasts {:g} s, less than the duration of {:g} s",
+                            motion.duration(), simulation.duration));
+  }
+  const auto run_method = simulation.method == IntegrationMethod::modal ? run_modal : run_newmark;
+  TimeResponse response;
+  response.report.method = simulation.method;
+  response.report.tolerance = simulation.step > 0.0 ? 0.0 : simulation.tolerance;
+  response.report.step = simulation.step;
+  response.names = scene.measurement->names;
+  // The linear solution first: where it stays clear of every gap, contact changes nothing.
+  RunEnd end = run_method(scene, plan, motion, false, progress, response);
+  response.report.linear = end != RunEnd::gap_closed;
+  if (end == RunEnd::gap_closed) run_method(scene, plan, motion, true, progress, response);
+  for (std::size_t b = 0; b < plan.bodies.size(); ++b) {
+    response.report.bodies[b].name = plan.bodies[b].model.body.name;
+    response.report.bodies[b].elements = static_cast<int>(plan.bodies[b].model.arc_length.size()) - 1;
+  }
+  add_warnings(scene, plan, response.report, response.contacts);
+  return response;
+}
+
+}  // namespace struna::fem

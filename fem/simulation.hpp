@@ -1,0 +1,77 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "fem/modal_stepping.hpp"
+#include "fem/motion.hpp"
+#include "fem/scene.hpp"
+
+namespace struna::fem {
+
+/// What one contact of the scene did, over time and length.
+struct ContactMap {
+  std::string inside;
+  std::string outside;
+  double gap = 0.0;             ///< [m]
+  Eigen::VectorXd arc_length;   ///< of the possible contact points on the inside body [m]
+  double interval = 0.0;        ///< length of a time bin [s]
+  Eigen::MatrixXd penetration;  ///< largest |h| - gap in the bin, bins x points [m]; negative: open
+  Eigen::MatrixXd force;        ///< largest force in the bin, bins x points [N]
+};
+
+struct SimulatedBody {
+  std::string name;
+  int elements = 0;
+  int modes_stepped = 0;       ///< modal method: below the cut-off; newmark: 0
+  double largest_slope = 0.0;  ///< rotation of a cross-section against the body's own static motion [rad]
+  double stretch_stiffening =
+      0.0;  ///< axial force of the stretch that the deflection would cause, over the Euler load: about
+            ///< the relative rise of the first natural frequency squared that linear theory leaves out
+};
+
+struct SimulationReport {
+  IntegrationMethod method = IntegrationMethod::modal;
+  bool linear = false;  ///< no contact, or none that can close: the linear solution is the whole answer
+  double largest_offset = 0.0;  ///< linear runs: largest |h|/gap reached at any contact point
+  double tolerance = 0.0;       ///< asked, of the largest displacement; 0 when the step was fixed
+  double step = 0.0;            ///< when fixed [s]
+  double cutoff_hz = 0.0;       ///< modes above it act by their static flexibility alone; 0: none left out
+  int oversampling = 1;         ///< states sampled per record sample before the anti-alias filter
+  StepReport steps;
+  std::optional<EnergyLedger> energy;  ///< modal method
+  std::vector<SimulatedBody> bodies;
+  bool complete = true;  ///< false: interrupted, what was computed is kept
+  std::vector<std::string> warnings;
+};
+
+/// A run: what a sensor set would have recorded.
+struct TimeResponse {
+  double sample_interval = 0.0;    ///< [s]
+  Eigen::VectorXd motion;          ///< u(t): displacement along the drive [m], or force [N]
+  std::vector<std::string> names;  ///< of the outputs
+  Eigen::MatrixXd output;  ///< samples x outputs; forces are those that the support exerts on the structure
+  std::vector<ContactMap> contacts;
+  SimulationReport report;
+};
+
+/// Called now and then with the time reached [s]; false stops the run, which keeps what was computed.
+using SimulationProgress = std::function<bool(double)>;
+
+/// The motion of the scene's excitation. Throws Error for a record (its samples are not here) and for a force
+/// drive, which only a record of a force can describe.
+MotionHistory scene_motion(const Scene& scene);
+
+/// Runs a scene in time, from the static shape moving with the base (and the static rest under gravity).
+/// Bodies that are neither driven nor measured nor joined to such by contact are left out. The linear
+/// solution comes first: where it cannot close any gap it is the answer. docs/simulation.md. Throws Error on
+/// a scene without drive, measurement or simulation, on a motion shorter than the duration, on a measured
+/// body that nothing moves, and where the method cannot represent the material (newmark: constant modulus,
+/// Rayleigh damping).
+TimeResponse simulate(const Scene& scene, const MotionHistory& motion,
+                      const SimulationProgress& progress = {});
+
+}  // namespace struna::fem

@@ -1,0 +1,115 @@
+#include "fem/simulation_plan.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "fem/error.hpp"
+
+namespace struna::fem {
+namespace {
+
+const std::string& body_of(const std::variant<Support, BodyPoint>& at) {
+  return std::visit([](const auto& place) -> const std::string& { return place.body; }, at);
+}
+
+/// Names of the bodies that contacts join to `first`.
+std::vector<std::string> joined_bodies(const Scene& scene, const std::string& first) {
+  std::vector<std::string> names = {first};
+  const auto known = [&](const std::string& name) {
+    return std::find(names.begin(), names.end(), name) != names.end();
+  };
+  for (bool grown = true; grown;) {
+    grown = false;
+    for (const auto& contact : scene.contacts) {
+      if (known(contact.inside) == known(contact.outside)) continue;
+      names.push_back(known(contact.inside) ? contact.outside : contact.inside);
+      grown = true;
+    }
+  }
+  return names;
+}
+
+PlannedBody planned_body(const Scene& scene, const std::string& name, double highest_hz) {
+  const Body& body = body_named(scene, name);
+  const int elements =
+      body.elements > 0 ? body.elements : recommended_elements(body, highest_hz, scene.simulation->tolerance);
+  PlannedBody planned{assemble(body, elements), {}, {}, {}};
+  planned.modes = solve_eigenmodes(planned.model);
+  planned.drive = body_drive(scene, planned.model);
+  planned.coordinates = scene.simulation->method == IntegrationMethod::modal
+                            ? modal_coordinates(planned.model, planned.modes, planned.drive)
+                            : nodal_coordinates(planned.model, planned.drive);
+  return planned;
+}
+
+void add_contact(const Contact& contact, int inside, int outside, SimulationPlan& plan) {
+  const auto& a = plan.bodies[static_cast<std::size_t>(inside)];
+  const auto& b = plan.bodies[static_cast<std::size_t>(outside)];
+  const auto pairs = contact_pairs(a.model, b.model);
+  if (pairs.empty()) {
+    plan.warnings.push_back(
+        fmt::format("no free node of '{}' has '{}' around it: this contact can do nothing", contact.inside,
+                    contact.outside));
+  }
+  double deepest = 0.0;
+  for (const auto& pair : pairs) {
+    deepest = std::max(deepest, pair.rest_offset.norm() - contact.gap);
+    plan.points.push_back(contact_point(pair, contact, a.coordinates, b.coordinates, inside, outside));
+    plan.pairs.push_back({pair, inside, outside});
+    plan.contacts.push_back(&contact);
+  }
+  if (deepest > 0.0) {
+    plan.warnings.push_back(fmt::format(
+        "'{}' lies {:.3g} m outside the bore of '{}' (gap {:g} m) as drawn; the run starts from their "
+        "equilibrium in contact",
+        contact.inside, deepest, contact.outside, contact.gap));
+  }
+  // A node gives by h^3/(192 EI) while its neighbours hold still; a spring far stiffer than that measures the
+  // mesh.
+  const Body& body = a.model.body;
+  const double h = a.model.arc_length[1];
+  const double local =
+      192.0 * body.material.youngs_modulus.at(100.0) * body.section.second_moment / (8.0 * h * h * h);
+  if (contact.stiffness > 100.0 * local) {
+    plan.warnings.push_back(
+        fmt::format("the contact stiffness {:g} N/m is {:.0f} times that of '{}' between neighbouring nodes "
+                    "({:.3g} N/m): "
+                    "in effect a rigid stop, whose penetration depends on the mesh",
+                    contact.stiffness, contact.stiffness / local, contact.inside, local));
+  }
+}
+
+}  // namespace
+
+SimulationPlan plan_simulation(const Scene& scene, double highest_hz) {
+  if (!scene.drive) throw Error("simulate: the scene needs a [drive], which tells what is shaken");
+  if (!scene.measurement) throw Error("simulate: the scene needs a [measure], which tells what is read");
+  if (!scene.simulation) throw Error("simulate: the scene needs a [simulation] with duration and excitation");
+  SimulationPlan plan;
+  const auto names = joined_bodies(scene, body_of(scene.measurement->at));
+  const auto index_of = [&](const std::string& name) {
+    const auto found = std::find(names.begin(), names.end(), name);
+    return found == names.end() ? -1 : static_cast<int>(found - names.begin());
+  };
+  bool driven = false;
+  for (const auto& name : names) {
+    plan.bodies.push_back(planned_body(scene, name, highest_hz));
+    driven = driven || !plan.bodies.back().drive.moved.empty() || plan.bodies.back().drive.force.size() > 0;
+  }
+  if (!driven) {
+    throw Error(fmt::format(
+        "simulate: nothing moves the measured body '{}': the drive is on '{}', and no contact joins them",
+        names.front(), body_of(scene.drive->at)));
+  }
+  for (const auto& contact : scene.contacts) {
+    const int inside = index_of(contact.inside);
+    if (inside >= 0) add_contact(contact, inside, index_of(contact.outside), plan);
+  }
+  const PlannedBody& measured = plan.bodies[0];
+  plan.rows = output_rows(*scene.measurement, measured.model, measured.modes, measured.coordinates,
+                          measured.drive, plan.pairs, plan.measured_body);
+  return plan;
+}
+
+}  // namespace struna::fem
