@@ -114,7 +114,7 @@ std::string sha256_of_file(const std::string& file) {
 
 ident::Provenance provenance(const std::vector<std::string>& files, double band_lo_hz, double band_hi_hz) {
   ident::Provenance result;
-  result.program_version = "struna " STRUNA_VERSION;
+  result.program_version = STRUNA_VERSION;
   result.date = utc_now();
   for (const auto& file : files) result.inputs.emplace_back(file, sha256_of_file(file));
   result.band_lo_hz = band_lo_hz;

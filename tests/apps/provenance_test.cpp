@@ -38,7 +38,7 @@ TEST(Provenance, TellsVersionDateAndInputs) {
   const tests::Folder folder;
   const std::string file = folder.write("a.csv", "abc");
   const ident::Provenance told = provenance({file}, 10.0, 900.0);
-  EXPECT_EQ(told.program_version, "struna " STRUNA_VERSION);
+  EXPECT_EQ(told.program_version, STRUNA_VERSION);
   EXPECT_TRUE(std::regex_match(told.date, std::regex(R"(\d{4}-\d\d-\d\dT\d\d:\d\d:\d\dZ)"))) << told.date;
   ASSERT_EQ(told.inputs.size(), 1U);
   EXPECT_EQ(told.inputs[0], std::make_pair(file, sha256("abc")));
