@@ -148,12 +148,19 @@ json mode_entry(const ident::Mode& mode, const ident::TransferFunction& circle_f
           {"usedForLossFactor", used_in(identified.loss_factor, mode)}};
 }
 
-/// Both kinds of "left out with a reason" have the same two fields.
-template <typename List>
-json frequencies_with_reason(const List& list) {
+json rejected_candidates(const std::vector<ident::RejectedCandidate>& list) {
   json entries = json::array();
   for (const auto& entry : list)
     entries.push_back({{"frequency", number(entry.frequency_hz)}, {"reason", entry.reason}});
+  return entries;
+}
+
+json left_out(const std::vector<ident::LeftOut>& list) {
+  json entries = json::array();
+  for (const auto& entry : list)
+    entries.push_back({{"frequency", number(entry.frequency_hz)},
+                       {"reason", entry.reason},
+                       {"what", to_string(entry.what)}});
   return entries;
 }
 
@@ -164,14 +171,12 @@ json modes(const ReportContent& content) {
     circle_form = ident::to_circle_form(content.measured, set.damping);
   json list = json::array();
   for (const auto& mode : set.modes) list.push_back(mode_entry(mode, circle_form, content.identified));
-  std::string unit = unit_of(set.form);
-  if (unit.empty() && !circle_form.outputs.empty()) unit = circle_form.outputs.front().unit;
   return {{"damping", to_string(set.damping)},
           {"form", to_string(set.form)},
-          {"unit", unit},
+          {"units", set.units},
           {"outputs", set.outputs},
           {"list", std::move(list)},
-          {"rejected", frequencies_with_reason(set.rejected)}};
+          {"rejected", rejected_candidates(set.rejected)}};
 }
 
 /// Frequencies at which fitted laws are drawn: the band analysed, evenly in ln f.
@@ -216,8 +221,7 @@ json rayleigh(const ident::RayleighFit& fit, const Eigen::VectorXd& frequency) {
                 {"beta", number(fit.rayleigh.beta)},      {"alphaSigma", number(fit.alpha_sigma, 4)},
                 {"betaSigma", number(fit.beta_sigma, 4)}, {"alphaAtBound", fit.alpha_at_bound},
                 {"betaAtBound", fit.beta_at_bound},       {"rms", number(fit.rms, 4)}};
-  if (fit.determined)
-    entry["curve"] = curve(frequency, [&](double f) { return fem::rayleigh_damping_ratio(fit.rayleigh, f); });
+  entry["curve"] = curve(frequency, [&](double f) { return fem::rayleigh_damping_ratio(fit.rayleigh, f); });
   return entry;
 }
 
@@ -235,6 +239,7 @@ json pairing(const ident::Pairing& pairing) {
   return {{"pairs", std::move(pairs)},
           {"leftOut", std::move(left_out)},
           {"missing", pairing.missing},
+          {"signReversed", pairing.sign_reversed},
           {"modulusAt1Hz", number(pairing.modulus_at_1_hz)},
           {"slope", number(pairing.modulus_slope)}};
 }
@@ -245,11 +250,12 @@ json identified(const ReportContent& content) {
   const auto& source = parameters.provenance;
   return {{"body", parameters.body},
           {"curveFrequency", numbers(frequency)},
+          {"rayleighKnown", parameters.rayleigh_known},
           {"rayleigh", rayleigh(parameters.rayleigh, frequency)},
           {"modulus", identified_curve(parameters.modulus, frequency)},
           {"lossFactor", identified_curve(parameters.loss_factor, frequency)},
           {"kramersKronig", numbers(parameters.kramers_kronig_loss_factor)},
-          {"rejected", frequencies_with_reason(parameters.rejected)},
+          {"rejected", left_out(parameters.rejected)},
           {"pairing", pairing(parameters.pairing)},
           {"version", source.program_version},
           {"date", source.date},
@@ -270,8 +276,10 @@ json comparison(const ident::Comparison& comparison) {
                        {"largest", number(output.largest_db, 5)},
                        {"peaks", std::move(peaks)}});
   }
-  return {
-      {"lo", number(comparison.lo_hz)}, {"hi", number(comparison.hi_hz)}, {"outputs", std::move(outputs)}};
+  return {{"lo", number(comparison.lo_hz)},
+          {"hi", number(comparison.hi_hz)},
+          {"outputs", std::move(outputs)},
+          {"notCompared", comparison.not_compared}};
 }
 
 json page_data(const ReportContent& content) {

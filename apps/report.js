@@ -73,7 +73,7 @@
     const tiles = [[`${modes.filter(trusted).length} of ${modes.length}`, 'modes trusted']];
     if (fitted) tiles.push([spread(identified.modulus.value, modulusUnit[1], modulusUnit[0]), `modulus E(f) of “${identified.body}”`]);
     if (identified.lossFactor.value.length) tiles.push([spread(identified.lossFactor.value, 1, '', 3), 'loss factor η(f)']);
-    if (r.determined) {
+    if (identified.rayleighKnown) {
       tiles.push([`${uncertain(r.alpha, r.alphaSigma)} 1/s`, 'Rayleigh α' + (r.alphaAtBound ? ' (held at its bound 0)' : '')],
         [`${uncertain(r.beta, r.betaSigma)} s`, 'Rayleigh β' + (r.betaAtBound ? ' (held at its bound 0)' : '')]);
     }
@@ -94,18 +94,18 @@
   function comparisonTables() {
     const models = [['structural', data.comparison], ['viscous', data.comparisonViscous]].filter(([, c]) => c.outputs.length);
     if (models.length === 0) return section('comparison').remove();
-    const { lo, hi } = models[0][1];
+    const { lo, hi, notCompared: missing } = models[0][1];
     section('comparison').append(table(
       [['output', true], ['damping model', true], ['FRAC\n[–]'], ['rms error\n[dB]'], ['mean error\n[dB]'], ['largest error\n[dB]']],
       models.flatMap(([name, c]) => c.outputs.map((o) => [o.output, name, known(o.frac) ? o.frac.toFixed(5) : '–', format(o.error, 3), format(o.mean, 3), format(o.largest, 3)]))
         .sort((a, b) => (a[0] < b[0] ? -1 : a[0] > b[0] ? 1 : 0))),
-    el('p', { class: 'note' }, `Over ${format(lo)} to ${format(hi)} Hz. FRAC: frequency response assurance criterion, 1 for functions of the same shape. ` +
+    el('p', { class: 'note' }, `Over ${format(lo)} to ${format(hi)} Hz.${missing.length ? ` Not predicted: ${missing.join(', ')}.` : ''} FRAC: frequency response assurance criterion, 1 for functions of the same shape. ` +
       'Errors: of 20 lg(|predicted|/|measured|) over the lines.'));
     for (const [name, comparison] of models)
       section('comparison').append(el('details', {}, el('summary', {}, `Peaks, ${name} damping`), table(
         [['output', true], ['measured\n[Hz]'], ['predicted\n[Hz]'], ['difference\n[%]'], ['amplitude difference\n[dB]']],
         comparison.outputs.flatMap((o) => o.peaks.map(([m, p, db]) =>
-          [o.output, format(m, 6), format(p, 6), known(p) ? format((p / m - 1) * 100, 3) : '–', format(db, 3)])))));
+          [o.output, format(m, 6), known(p) ? format(p, 6) : 'no peak', known(p) ? format((p / m - 1) * 100, 3) : '–', format(db, 3)])))));
   }
 
   // ---- modulus and damping ----
@@ -171,7 +171,7 @@
       points: atModes((m) => [m.lossFactor, m.lossFactorSigma], (m) => m.usedForLossFactor, identifiedAt(lossFactor)) });
     if (identified.kramersKronig.length) addKramersKronig(grid.lastChild);
     const ratioCurves = [];
-    if (rayleigh.curve) ratioCurves.push({ key: 'rayleigh', name: 'Rayleigh: α/2ω + βω/2', colour: 'viscous', dash: [6, 3], width: 2.5, values: rayleigh.curve });
+    if (identified.rayleighKnown) ratioCurves.push({ key: 'rayleigh', name: 'Rayleigh: α/2ω + βω/2', colour: 'viscous', dash: [6, 3], width: 2.5, values: rayleigh.curve });
     if (lossFactor.laws.length) ratioCurves.push({ key: 'half', name: 'structural: η(f)/2', colour: 'structural', width: 2, values: nan(lossFactor.laws[0].curve).map((v) => v / 2) });
     curveCard(grid, { title: 'Damping ratio ζ(f)', label: 'ζ [–]', symbol: 'ζ', unit: '', scale: 1, curves: ratioCurves,
       points: atModes((m) => [m.dampingRatio, m.lossFactorSigma / 2], (m) => m.usedForLossFactor,
@@ -180,9 +180,10 @@
       'Points that are not trusted are not fitted and may lie off the scale. Laws are chosen by AICc (Akaike’s criterion, corrected for few points). ' +
       'Kramers–Kronig: (π/2) d ln E/d ln f of the modulus law; what the material alone would damp if it were purely viscoelastic; clamps, air and strands add to it.'));
     host.append(...[lawTable(`Laws of the modulus (c in Pa)`, modulus.laws, 'Pa'), lawTable('Laws of the loss factor', lossFactor.laws, '')].filter(Boolean));
-    if (rayleigh.determined)
+    if (identified.rayleighKnown)
       host.append(el('p', {}, `Rayleigh coefficients: α = ${uncertain(rayleigh.alpha, rayleigh.alphaSigma)} 1/s, β = ${uncertain(rayleigh.beta, rayleigh.betaSigma)} s; ` +
-        `residual ${format(rayleigh.rms, 3)} standard deviations.`));
+        `residual ${format(rayleigh.rms, 3)} standard deviations.` +
+        (rayleigh.determined ? '' : ' One frequency alone cannot tell them apart: β carries all the damping.')));
   }
 
   function addKramersKronig(card) {
@@ -198,14 +199,14 @@
   // ---- modes ----
   function modeTable() {
     if (modes.length === 0) return section('modes').remove();
-    const { unit, outputs } = data.modes;
-    const constantUnit = data.modes.damping === 'structural' ? `${unit} rad²/s²` : `${unit} rad/s`;
+    const { units, outputs } = data.modes;
+    const constantUnit = (k) => `${units[k] || '?'} ${data.modes.damping === 'structural' ? 'rad²/s²' : 'rad/s'}`;
     const modelFrequency = nan(data.modelFrequencies);
     const columns = [['mode'], ['natural frequency\n[Hz]'], ['half-power from\n[Hz]'], ['to\n[Hz]'], ['loss factor η\n[–]'], ['damping ratio ζ\n[–]'],
       ['flags', true]];
     if (fitted) columns.push(['model\nmode'], ['MAC\n[–]'], [`E\n[${modulusUnit[0]}]`], ['used for', true]);
     if (modelFrequency.length) columns.push(['identified model\n[Hz]'], ['off by\n[%]']);
-    columns.push(['circle’s own f\n[Hz]'], ['circle’s own η\n[–]'], ...outputs.map((name) => [`${name}\n|C| [${constantUnit}]`]));
+    columns.push(['circle’s own f\n[Hz]'], ['circle’s own η\n[–]'], ...outputs.map((name, k) => [`${name}\n|C| [${constantUnit(k)}]`]));
     const rows = modes.map((mode, i) => {
       const pair = pairs.get(i);
       const cells = [i + 1, uncertain(mode.frequency, mode.frequencySigma, 7), format(mode.lower, 6), format(mode.upper, 6),
@@ -253,7 +254,7 @@
       const style = outputStyle(k);
       if (points.length > 40) style.marker.size = 1.5; // many lines: small marks
       series.unshift({ ...style, key: k, hidden: !visible(k), line: false, unordered: true, x: points.map((p) => p[0]), y: points.map((p) => p[1]),
-        tip: (i) => `${data.modes.outputs[k]}  ${format(lines.frequency[i], 6)} Hz\n${format(output.re[i])} ${output.im[i] < 0 ? '−' : '+'} ${format(Math.abs(output.im[i]))} i ${data.modes.unit}` });
+        tip: (i) => `${data.modes.outputs[k]}  ${format(lines.frequency[i], 6)} Hz\n${format(output.re[i])} ${output.im[i] < 0 ? '−' : '+'} ${format(Math.abs(output.im[i]))} i ${data.modes.units[k] || ''}` });
     });
     const labelled = own.map((circle, k) => ({ ...circle, k })).filter(({ k }) => visible(k)).sort((a, b) => b.radius - a.radius)[0];
     const special = labelled ? [['resonance', 'f₀', mode.frequency], ['lower', 'f₁', mode.lower], ['upper', 'f₂', mode.upper]] : [];
@@ -267,7 +268,7 @@
       const [cx, cy] = mapped(labelled.k)(labelled.centre);
       return { x, y, text: `${symbol} ${format(f, 5)}`, awayFrom: { x: cx, y: cy } };
     });
-    const scale = normalised ? 'about centre / radius [–]' : `[${power ? `10${superscript(power)} ` : ''}${data.modes.unit}]`;
+    const scale = normalised ? 'about centre / radius [–]' : `[${power ? `10${superscript(power)} ` : ''}${[...new Set(data.modes.units)].join(', ') || '?'}]`;
     return { label: `Nyquist plot of mode ${index + 1}`, series, labels, equal: true, x: { label: `Re ${scale}` }, y: { label: `Im ${scale}` } };
   }
 
@@ -317,12 +318,14 @@
   }
 
   // ---- left out ----
+  const notUsedFor = { both: 'mode not used for E, η, α, β', modulus: 'mode not used for E', loss_factor: 'mode not used for η, α, β' };
+
   function leftOut() {
     const host = section('left-out');
     const { pairing } = identified;
     const rows = [
       ...data.modes.rejected.map((r) => [r.frequency, 'candidate that is no mode', r.reason]),
-      ...identified.rejected.map((r) => [r.frequency, 'mode not used for the parameters', r.reason]),
+      ...identified.rejected.map((r) => [r.frequency, notUsedFor[r.what], r.reason]),
     ];
     const told = (f) => identified.rejected.some((r) => Math.abs(r.frequency - f) <= 1e-6 * f);
     for (const { measured: i, reason } of pairing.leftOut)
@@ -331,6 +334,7 @@
     const missing = pairing.missing.map((m) => `${m + 1}` + (known(data.modelFrequencies[m]) ? ` (${format(data.modelFrequencies[m], 5)} Hz)` : ''));
     host.append(rows.length ? table([['at\n[Hz]'], ['what', true], ['why', true, true]], rows.map(([f, what, why]) => [format(f, 6), what, why]))
       : el('p', {}, 'Nothing was left out.'));
+    if (pairing.signReversed) host.append(el('p', {}, 'All measured modal constants have the sign opposite to the model’s: check the sign of a channel.'));
     if (missing.length) host.append(el('p', {}, `Model modes in the band that were not measured: ${missing.join(', ')}.`));
   }
 

@@ -127,10 +127,19 @@ ident::IdentifiedCurve curve(const std::vector<ident::Mode>& modes,
 }
 
 ident::Comparison comparison(double frac) {
-  ident::Comparison comparison{10.0, 700.0, {}};
-  for (const auto& name : names)
-    comparison.outputs.push_back(
-        {name, frac, 0.41 / frac, 0.05, 2.3, {{23.9, 23.95, -0.1}, {36.6, 36.5, 0.2}}});
+  ident::Comparison comparison;
+  comparison.lo_hz = 10.0;
+  comparison.hi_hz = 700.0;
+  for (const auto& name : names) {
+    auto& output = comparison.outputs.emplace_back();
+    output.output = name;
+    output.frac = frac;
+    output.log_magnitude_error_db = 0.41 / frac;
+    output.mean_db = 0.05;
+    output.largest_db = 2.3;
+    output.peaks = {
+        {23.9, 23.95, -0.1}, {36.6, 36.5, 0.2}, {60.3, std::numeric_limits<double>::quiet_NaN(), 0.0}};
+  }
   return comparison;
 }
 
@@ -146,6 +155,7 @@ ReportContent content(long lines) {
   content.predicted_viscous = transfer_function(wire, lines, 1.01, 0.0);
   content.modes.form = ident::FrfKind::apparent_mass;
   content.modes.outputs = names;
+  content.modes.units = {"kg", "kg", "kg"};
   for (size_t i = 0; i < wire.frequency.size(); ++i) content.modes.modes.push_back(mode(wire, i));
   content.modes.modes[4].flags = {ModeFlag::close_modes, ModeFlag::noisy};
   content.modes.rejected = {{50.0, "mains: no circle in any output"}};
@@ -157,7 +167,8 @@ ReportContent content(long lines) {
       content.modes.modes, [&](double f) { return wire.loss_factor(f); }, 2e-2);
   identified.kramers_kronig_loss_factor = Eigen::VectorXd::Constant(11, 0.5 * std::numbers::pi * 0.021);
   identified.rayleigh = {{4.3, 1.1e-5}, 0.4, 2e-6, false, false, 3.2, true};
-  identified.rejected = {{131.1, "close_modes; noisy"}};
+  identified.rayleigh_known = true;
+  identified.rejected = {{131.1, "close_modes; noisy", ident::LeftOutOf::both}};
   for (int i = 0; i < 12; ++i)
     identified.pairing.pairs.push_back({i, i == 6 ? std::vector<int>{6, 7} : std::vector<int>{i + (i > 6)},
                                         0.99, wire.modulus(wire.frequency[static_cast<size_t>(i)]), 2e8});
