@@ -1,7 +1,252 @@
+#include "apps/predict.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <numbers>
+
 #include "apps/commands.hpp"
+#include "apps/console.hpp"
+#include "apps/scene_file.hpp"
+#include "ident/transfer_function_file.hpp"
 
 namespace struna::apps {
+namespace {
 
-void add_predict(CLI::App& app) { (void)app; }
+constexpr double default_from_hz = 10.0;
+constexpr double default_to_hz = 1000.0;
+constexpr double default_resolution_hz = 0.5;
+/// Largest mesh error that passes without a warning.
+constexpr double quiet_mesh_error = 0.01;
+
+struct PredictArguments {
+  std::string scene;
+  std::vector<std::string> parameters;
+  std::string to;
+  std::string like;
+  std::string damping = "structural";
+  std::string band;
+  double resolution_hz = 0.0;
+};
+
+/// Order of the time derivative that is read over that of displacement; 0 where the ratio does not depend on
+/// it.
+int derivative(const fem::Scene& scene) {
+  const bool motion_over_force = std::holds_alternative<fem::BodyPoint>(scene.drive->at) &&
+                                 std::holds_alternative<fem::BodyPoint>(scene.measurement->at);
+  if (!motion_over_force) return 0;
+  switch (scene.measurement->quantity) {
+    case fem::MotionQuantity::displacement:
+      return 0;
+    case fem::MotionQuantity::velocity:
+      return 1;
+    case fem::MotionQuantity::acceleration:
+      return 2;
+  }
+  return 0;
+}
+
+ident::FrfKind natural_kind(const fem::Scene& scene) {
+  const bool force_in = std::holds_alternative<fem::BodyPoint>(scene.drive->at);
+  const bool force_out = std::holds_alternative<fem::Support>(scene.measurement->at);
+  if (force_in == force_out) return ident::FrfKind::transmissibility;
+  if (force_out) return ident::FrfKind::dynamic_stiffness;
+  constexpr ident::FrfKind by_derivative[] = {ident::FrfKind::receptance, ident::FrfKind::mobility,
+                                              ident::FrfKind::accelerance};
+  return by_derivative[derivative(scene)];
+}
+
+/// Every so many of the lines, the last one among them: at most `most`.
+Eigen::VectorXd thinned(const Eigen::VectorXd& lines, long most) {
+  if (lines.size() <= most) return lines;
+  Eigen::VectorXd few(most);
+  for (long i = 0; i < most; ++i) few(i) = lines(i * (lines.size() - 1) / (most - 1));
+  return few;
+}
+
+double largest_mesh_error(const fem::Model& model, const fem::LinearPath& path, fem::Damping damping,
+                          const Eigen::VectorXd& frequency_hz) {
+  const fem::HarmonicResponse r = fem::harmonic_response(model, path.drive, path.measurement,
+                                                         thinned(frequency_hz, 200), {damping, true});
+  double worst = 0.0;
+  for (long line = 0; line < r.frequency_hz.size(); ++line) {
+    const double size = r.response.row(line).norm();
+    const double error = r.mesh_error.row(line).norm();
+    if (error > 0.0)
+      worst = std::max(worst, size > 0.0 ? error / size : std::numeric_limits<double>::infinity());
+  }
+  return worst;
+}
+
+Eigen::VectorXd uniform_lines(const Band& band, double resolution_hz) {
+  const double first = std::max(band.lo_hz, resolution_hz);
+  const double count = std::floor((band.hi_hz - first) / resolution_hz * (1.0 + 1e-12)) + 1.0;
+  if (!(count >= 1.0 && count <= 1e7)) {
+    throw UsageError(fmt::format("--resolution: {:g} Hz does not fit the band {:g} to {:g} Hz", resolution_hz,
+                                 band.lo_hz, band.hi_hz));
+  }
+  return first + resolution_hz * Eigen::ArrayXd::LinSpaced(static_cast<long>(count), 0.0, count - 1.0);
+}
+
+/// What --like asks for: outputs (into the scene), form and lines.
+struct Wanted {
+  Eigen::VectorXd frequency_hz;
+  ident::FrfKind form = ident::FrfKind::unknown;
+};
+
+Wanted wanted_like(const std::string& file, const std::string& band, fem::Scene& scene) {
+  std::vector<std::string> warnings;
+  ident::TransferFunction like = ident::read_transfer_function(file, &warnings);
+  for (const std::string& warning : warnings) warn(warning);
+  if (!band.empty()) {
+    const Band limits = parse_band(band);
+    like = blaming({file}, [&] { return ident::restrict_band(like, limits.lo_hz, limits.hi_hz); });
+  }
+  std::vector<std::string> names;
+  for (const auto& output : like.outputs) {
+    names.push_back(output.name);
+    if (output.kind != like.outputs.front().kind) {
+      throw Error(file, 0,
+                  fmt::format("all outputs must have one form to be repeated, but {} is in {} and {} in {}",
+                              names.front(), like.outputs.front().unit, output.name, output.unit));
+    }
+  }
+  blaming({file}, [&] { fem::select_outputs(scene, names); });
+  Wanted wanted{like.frequency_hz, like.outputs.front().kind};
+  if (wanted.frequency_hz(0) == 0.0) {
+    warn(fmt::format("{}: its line at 0 Hz is left out of the prediction", file));
+    wanted.frequency_hz = Eigen::VectorXd(wanted.frequency_hz.tail(wanted.frequency_hz.size() - 1));
+  }
+  if (wanted.frequency_hz.size() == 0)
+    throw Error(file, 0, "at least one line above 0 Hz is needed, got none");
+  return wanted;
+}
+
+Wanted wanted_lines(const PredictArguments& arguments) {
+  const Band band =
+      arguments.band.empty() ? Band{default_from_hz, default_to_hz} : parse_band(arguments.band);
+  const double resolution = arguments.resolution_hz > 0.0 ? arguments.resolution_hz : default_resolution_hz;
+  if (arguments.band.empty() || arguments.resolution_hz == 0.0) {
+    print(fmt::format(
+        "lines from {:g} to {:g} Hz, every {:g} Hz (--band, --resolution, or --like to repeat a file's)",
+        band.lo_hz, band.hi_hz, resolution));
+  }
+  return {uniform_lines(band, resolution), ident::FrfKind::unknown};
+}
+
+void run_predict(const PredictArguments& arguments) {
+  const fem::Damping damping = option_value("--damping", arguments.damping, fem::damping_kind);
+  if (!arguments.like.empty() && arguments.resolution_hz > 0.0) {
+    throw UsageError("--resolution: the lines are those of the --like file; give one of the two");
+  }
+  fem::Scene scene = read_scene(arguments.scene);
+  apply_parameters(scene, arguments.parameters);
+  const Wanted wanted =
+      arguments.like.empty() ? wanted_lines(arguments) : wanted_like(arguments.like, arguments.band, scene);
+
+  const auto files = [&] {
+    std::vector<std::string> all = {arguments.scene};
+    all.insert(all.end(), arguments.parameters.begin(), arguments.parameters.end());
+    return all;
+  }();
+  const fem::LinearPath path = blaming(files, [&] { return fem::linear_path(scene); });
+  require_modulus(path.body, arguments.scene);
+  for (const std::string& warning : extrapolation_warnings(path.body, damping, wanted.frequency_hz))
+    warn(warning);
+  if (!scene.contacts.empty()) {
+    warn(fmt::format("{}: contact is left out of this linear prediction; struna simulate has it",
+                     arguments.scene));
+  }
+
+  double worst = 0.0;
+  const ident::TransferFunction tf =
+      blaming(files, [&] { return predict(scene, damping, wanted.frequency_hz, wanted.form, &worst); });
+  ident::write_transfer_function(tf, arguments.to);
+
+  const double highest = wanted.frequency_hz(wanted.frequency_hz.size() - 1);
+  print(
+      fmt::format("{} lines, {} outputs [{}], {} damping, {} elements; largest estimated mesh error {:.2g} "
+                  "of the outputs",
+                  tf.lines(), tf.outputs.size(), tf.outputs.front().unit, fem::to_string(damping),
+                  mesh_elements(path.body, highest), worst));
+  if (worst > quiet_mesh_error) {
+    warn(
+        fmt::format("the mesh may be off by {:.2g} of the outputs at the worst line; more elements than {} "
+                    "in the scene help",
+                    worst, mesh_elements(path.body, highest)));
+  }
+}
+
+}  // namespace
+
+int mesh_elements(const fem::Body& body, double highest_hz) {
+  return body.elements > 0 ? body.elements : fem::recommended_elements(body, highest_hz, mesh_tolerance);
+}
+
+std::vector<std::string> extrapolation_warnings(const fem::Body& body, fem::Damping damping,
+                                                const Eigen::VectorXd& frequency_hz) {
+  std::vector<std::string> warnings;
+  const auto check = [&](const fem::FrequencyLaw& law, const char* name) {
+    long outside = 0;
+    for (const double f : frequency_hz) outside += law.extrapolates_at(f) ? 1 : 0;
+    if (outside == 0) return;
+    warnings.push_back(
+        fmt::format("body '{}': {} is extrapolated at {} of {} frequencies: its data end at {:g} and {:g} Hz",
+                    body.name, name, outside, frequency_hz.size(), law.valid_from_hz, law.valid_to_hz));
+  };
+  check(body.material.youngs_modulus, "the modulus");
+  if (damping == fem::Damping::structural) check(body.material.loss_factor, "the loss factor");
+  return warnings;
+}
+
+ident::TransferFunction predict(const fem::Scene& scene, fem::Damping damping,
+                                const Eigen::VectorXd& frequency_hz, ident::FrfKind form,
+                                double* worst_mesh_error) {
+  if (frequency_hz.size() == 0) throw Error("predict: at least one frequency is needed, got none");
+  const fem::LinearPath path = fem::linear_path(scene);
+  const fem::Model model = fem::assemble(path.body, mesh_elements(path.body, frequency_hz.maxCoeff()));
+  const fem::HarmonicResponse response =
+      fem::harmonic_response(model, path.drive, path.measurement, frequency_hz, {damping, false});
+  if (worst_mesh_error != nullptr) *worst_mesh_error = largest_mesh_error(model, path, damping, frequency_hz);
+
+  const ident::FrfKind natural = natural_kind(scene);
+  const Eigen::ArrayXcd omega = std::complex<double>(0.0, 2.0 * std::numbers::pi) * frequency_hz.array();
+  ident::TransferFunction tf;
+  tf.frequency_hz = frequency_hz;
+  for (std::size_t k = 0; k < scene.measurement->names.size(); ++k) {
+    ident::TransferFunction::Output output;
+    output.name = scene.measurement->names[k];
+    output.kind = natural;
+    output.unit = ident::unit_of(natural);
+    output.value = response.response.col(static_cast<long>(k)).array() * omega.pow(derivative(scene));
+    tf.outputs.push_back(std::move(output));
+  }
+  if (form == ident::FrfKind::unknown || form == natural) return tf;
+  return ident::convert(tf, form);
+}
+
+void add_predict(CLI::App& app) {
+  const auto arguments = std::make_shared<PredictArguments>();
+  CLI::App* const predict =
+      app.add_subcommand("predict", "transfer function of the scene's model, without contact");
+  predict->add_option("SCENE", arguments->scene, "scene TOML")->required();
+  predict->add_option("-o", arguments->to, "predicted transfer function CSV to write")->required();
+  predict->add_option("--parameters", arguments->parameters, "identified.toml, one per body")
+      ->allow_extra_args(false);
+  predict->add_option("--like", arguments->like,
+                      "transfer function CSV whose outputs, form and lines are repeated");
+  predict->add_option("--damping", arguments->damping, "structural (default) or viscous");
+  predict->add_option("--band", arguments->band, "LO:HI [Hz]; default 10:1000, with --like all of its lines");
+  predict->add_option("--resolution", arguments->resolution_hz, "line spacing [Hz]; default 0.5")
+      ->check(CLI::PositiveNumber);
+  predict->footer(
+      "Example:\n"
+      "  struna predict scene.toml -o predicted.csv --parameters identified.toml --like trfam.csv\n"
+      "  struna predict scene.toml -o predicted.csv --damping viscous --band 10:1000 --resolution 0.25");
+  predict->callback([arguments] { run_predict(*arguments); });
+}
 
 }  // namespace struna::apps

@@ -12,23 +12,29 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
-using Matrix3x6 = Eigen::Matrix<double, 3, 6>;
+using Matrix6x3 = Eigen::Matrix<double, 6, 3>;
+using Matrix12x6 = Eigen::Matrix<double, 12, 6>;
+
+// Products of these sizes are written lazyProduct: Eigen would send them to its blocked kernel, made for
+// large ones.
 
 /// Gauss points per element. Four integrate the straight element exactly (mass: degree 6); on a curve their
 /// error, of order (turn of the element)^8, stays below the Hermite error.
 constexpr int points = 4;
-using PerPoint = Eigen::Matrix<double, 18, points>;  ///< a 3 x 6 matrix per Gauss point, column by column
+using PerPoint = Eigen::Matrix<double, 18, points>;  ///< a 6 x 3 matrix per Gauss point
 
 struct FixedRule {
   Eigen::Matrix<double, points, 1> node;
   Eigen::Matrix<double, points, 1> weight;
+  Eigen::Matrix<double, points, 1> root_weight;
   Eigen::Matrix<double, points, points> integral_transposed;
 };
 
 const FixedRule& fixed_rule() {
   static const FixedRule rule = [] {
     const GaussRule gauss = gauss_legendre(points);
-    return FixedRule{gauss.node, gauss.weight, integration_matrix(gauss.node).transpose()};
+    return FixedRule{gauss.node, gauss.weight, gauss.weight.cwiseSqrt(),
+                     integration_matrix(gauss.node).transpose()};
   }();
   return rule;
 }
@@ -51,26 +57,29 @@ struct Compliance {
         bending(1.0 / body.section.second_moment),
         twist_excess(2.0 * (1.0 + body.poisson) / body.section.torsion_constant - bending) {}
 
-  /// Change of curvature per load (F, M_c): M = M_c + lever x F, `lever` from the section to the centre c.
-  Matrix3x6 curvature(const Vector3d& t, const Vector3d& lever) const {
-    Matrix3x6 kappa;
-    kappa.leftCols<3>() = cross(bending * lever) - t * (twist_excess * lever.cross(t)).transpose();
-    kappa.rightCols<3>() = (twist_excess * t) * t.transpose();
-    kappa.rightCols<3>().diagonal().array() += bending;
+  /// Change of curvature, one row per load (F, M_c): M = M_c + lever x F, `lever` from the section to the
+  /// centre c.
+  Matrix6x3 curvature(const Vector3d& t, const Vector3d& lever) const {
+    Matrix6x3 kappa;
+    kappa.topRows<3>() = cross(-bending * lever) - (twist_excess * lever.cross(t)) * t.transpose();
+    kappa.bottomRows<3>() = (twist_excess * t) * t.transpose();
+    kappa.bottomRows<3>().diagonal().array() += bending;
     return kappa;
   }
 };
 
-/// Motion of a point `lever` away that goes with a motion (u, theta) of a rigid body: (u + theta x lever,
-/// theta).
+/// Transposed motion of a point `lever` away that goes with a motion (u, theta) of a rigid body:
+/// (u + theta x lever, theta).
 Matrix6 rigid_transfer(const Vector3d& lever) {
   Matrix6 transfer = Matrix6::Identity();
-  transfer.topRightCorner<3, 3>() = -cross(lever);
+  transfer.bottomLeftCorner<3, 3>() = cross(lever);
   return transfer;
 }
 
 /// The element as a cantilever held at its first end and loaded at its second one. Loads are referred to its
 /// centre of gravity c, where forces and moments are all but uncoupled and the flexibility is well scaled.
+/// Matrices that belong to end motions or loads have these in their rows, the long side that vector
+/// instructions run along.
 class Cantilever {
  public:
   Cantilever(const Body& body, double s0, double s1)
@@ -84,54 +93,51 @@ class Cantilever {
       centre_ += rule.weight(g) * station_[g].position;
     }
     relative_ << -rigid_transfer(centre_ - start_), rigid_transfer(centre_ - end_);
-    load_.noalias() = centre_stiffness() * relative_;
+    load_ = relative_.lazyProduct(centre_stiffness());
   }
 
   /// K = [-R_a R_b]^T k_c [-R_a R_b].
   Matrix12 stiffness() const {
-    Matrix12 k;
-    k.noalias() = relative_.transpose() * load_;
+    const Matrix12 k = load_.lazyProduct(relative_.transpose());
     return 0.5 * (k + k.transpose());
   }
 
   /// Quadrature of rho A u^T u + 2 rho I (theta . t)^2 over the static displacements.
   Matrix12 mass(const Body& body) const {
     const FixedRule& rule = fixed_rule();
+    const Eigen::Matrix<double, points, points> integral = length_ * rule.integral_transposed;
     PerPoint curvature;
     for (int g = 0; g < points; ++g) {
-      Eigen::Map<Matrix3x6>(curvature.col(g).data()) =
+      Matrix6x3::Map(curvature.col(g).data()) =
           compliance_.curvature(station_[g].tangent, centre_ - station_[g].position);
     }
-    const PerPoint rotation = length_ * curvature * rule.integral_transposed;
+    const PerPoint rotation = curvature.lazyProduct(integral);
     PerPoint slope;  // u' = strain + theta x t
     for (int g = 0; g < points; ++g) {
       const Vector3d& t = station_[g].tangent;
-      Eigen::Map<Matrix3x6> du(slope.col(g).data());
-      du.noalias() = -cross(t) * Eigen::Map<const Matrix3x6>(rotation.col(g).data());
-      du.leftCols<3>() += compliance_.stretch * t * t.transpose();
+      auto du = Matrix6x3::Map(slope.col(g).data());
+      du = Matrix6x3::Map(rotation.col(g).data()).lazyProduct(cross(t));
+      du.topRows<3>() += (compliance_.stretch * t) * t.transpose();
     }
-    const PerPoint displacement = length_ * slope * rule.integral_transposed;
+    const PerPoint displacement = slope.lazyProduct(integral);
 
-    // Rows: three displacements and the twist at each Gauss point, each times the root of its weight.
-    Eigen::Matrix<double, 4 * points, 6> elastic;
-    Eigen::Matrix<double, 4 * points, 6> rigid;
+    // Columns: three displacements and the twist at each Gauss point, each times the root of its weight.
+    Eigen::Matrix<double, 6, 4 * points> elastic;
+    Eigen::Matrix<double, 6, 4 * points> rigid;
+    const double u_root = std::sqrt(body.density * body.section.area * length_);
+    const double twist_root = std::sqrt(2.0 * body.density * body.section.second_moment * length_);
     for (int g = 0; g < points; ++g) {
       const CurvePoint& at = station_[g];
-      const double weight = body.density * length_ * rule.weight(g);
-      const double u_root = std::sqrt(weight * body.section.area);
-      const double twist_root = std::sqrt(weight * 2.0 * body.section.second_moment);
-      elastic.middleRows<3>(4 * g) = u_root * Eigen::Map<const Matrix3x6>(displacement.col(g).data());
-      elastic.row(4 * g + 3).noalias() =
-          twist_root * at.tangent.transpose() * Eigen::Map<const Matrix3x6>(rotation.col(g).data());
-      rigid.middleRows<3>(4 * g) << u_root * Matrix3d::Identity(), -u_root * cross(at.position - start_);
-      rigid.row(4 * g + 3) << Vector3d::Zero().transpose(), twist_root * at.tangent.transpose();
+      const double u_weight = u_root * rule.root_weight(g);
+      const double twist_weight = twist_root * rule.root_weight(g);
+      elastic.middleCols<3>(4 * g) = u_weight * Matrix6x3::Map(displacement.col(g).data());
+      elastic.col(4 * g + 3) = Matrix6x3::Map(rotation.col(g).data()).lazyProduct(twist_weight * at.tangent);
+      rigid.middleCols<3>(4 * g) << u_weight * Matrix3d::Identity(), u_weight * cross(at.position - start_);
+      rigid.col(4 * g + 3) << Vector3d::Zero(), twist_weight * at.tangent;
     }
-    Eigen::Matrix<double, 4 * points, 12> shape;
-    shape.noalias() = elastic * load_;
-    shape.leftCols<6>() += rigid;
-    Matrix12 mass;
-    mass.noalias() = shape.transpose() * shape;
-    return mass;
+    Eigen::Matrix<double, 12, 4 * points> shape = load_.lazyProduct(elastic);
+    shape.topRows<6>() += rigid;
+    return shape.lazyProduct(shape.transpose());
   }
 
   /// Displacement at s per unit end motions: rigid motion with the first end, and the integral of strain and
@@ -139,17 +145,17 @@ class Cantilever {
   Matrix3x12 displacement(const Body& body, double s0, double s) const {
     const FixedRule& rule = fixed_rule();
     const Vector3d here = body.centreline.at(s).position;
-    Matrix3x6 elastic = Matrix3x6::Zero();
+    Matrix6x3 elastic = Matrix6x3::Zero();
     for (int g = 0; g < points; ++g) {
       const CurvePoint at = body.centreline.at(s0 + (s - s0) * rule.node(g));
       const double weight = (s - s0) * rule.weight(g);
-      elastic -=
-          weight * cross(here - at.position) * compliance_.curvature(at.tangent, centre_ - at.position);
-      elastic.leftCols<3>() += weight * compliance_.stretch * at.tangent * at.tangent.transpose();
+      elastic += compliance_.curvature(at.tangent, centre_ - at.position)
+                     .lazyProduct(weight * cross(here - at.position));
+      elastic.topRows<3>() += (weight * compliance_.stretch * at.tangent) * at.tangent.transpose();
     }
-    Matrix3x12 shape = elastic * load_;
-    shape.leftCols<6>() += rigid_transfer(here - start_).topRows<3>();
-    return shape;
+    Eigen::Matrix<double, 12, 3> shape = load_.lazyProduct(elastic);
+    shape.topRows<6>() += rigid_transfer(here - start_).leftCols<3>();
+    return shape.transpose();
   }
 
  private:
@@ -189,9 +195,8 @@ class Cantilever {
   Vector3d end_;
   Vector3d centre_ = Vector3d::Zero();
   CurvePoint station_[points];
-  Eigen::Matrix<double, 6, 12>
-      relative_;  ///< motion of c with the second end less that with the first, per end motions
-  Eigen::Matrix<double, 6, 12> load_;  ///< loads at c per end motions
+  Matrix12x6 relative_;  ///< motion of c with the second end less that with the first
+  Matrix12x6 load_;      ///< loads at c
 };
 
 using Matrix4 = Eigen::Matrix4d;

@@ -59,6 +59,10 @@ Section ring(double outer_diameter, double inner_diameter) {
           outer.torsion_constant - inner.torsion_constant};
 }
 
+void validate_modulus(const Body& body) {
+  validate(body.material.youngs_modulus, fmt::format("body '{}': youngs_modulus", body.name));
+}
+
 void validate(const Body& body) {
   if (body.name.empty()) throw Error("body: name must not be empty");
   require_positive(body, "area", body.section.area);
@@ -67,7 +71,8 @@ void validate(const Body& body) {
   require_positive(body, "density", body.density);
   require(body.poisson > -1.0 && body.poisson <= 0.5, body, "poisson", "lie in (-1, 0.5]", body.poisson);
   require(body.elements >= 0, body, "elements", "not be negative", body.elements);
-  validate(body.material.youngs_modulus, fmt::format("body '{}': youngs_modulus", body.name));
+  const FrequencyLaw& modulus = body.material.youngs_modulus;
+  if (!modulus.parameters.empty() || !modulus.value.empty()) validate_modulus(body);
   validate(body.material.loss_factor, fmt::format("body '{}': loss_factor", body.name), true);
   require_not_negative(body, "rayleigh.alpha", body.material.rayleigh.alpha);
   require_not_negative(body, "rayleigh.beta", body.material.rayleigh.beta);
@@ -75,6 +80,7 @@ void validate(const Body& body) {
 
 int recommended_elements(const Body& body, double highest_hz, double tolerance) {
   validate(body);
+  validate_modulus(body);
   require_positive(body, "highest frequency", highest_hz);
   require(tolerance > 0.0 && tolerance < 1.0, body, "tolerance", "lie between 0 and 1", tolerance);
   const double length = body.centreline.length();

@@ -33,8 +33,10 @@ struct Body {
   EndCondition end = EndCondition::clamped;
 };
 
-/// Throws Error naming body, field, rule and value.
+/// Throws Error naming body, field, rule and value. Young's modulus may be missing (a law without parameters or values)
+/// until it is identified: the matrices, for unit modulus, do without it. validate_modulus() requires it.
 void validate(const Body& body);
+void validate_modulus(const Body& body);
 
 /// Elements needed so that natural frequencies up to `highest_hz` are within `tolerance` (relative) by the
 /// Hermite error (b L/n)^4/1440 of the straight beam, b^4 = rho A w^2/(E I); at least 8, and enough to follow

@@ -13,7 +13,12 @@ struct Eigenmodes {
   Eigen::MatrixXd shape;  ///< dof x modes
 };
 
-/// The lowest `count` modes (all of them when 0 or too many).
+/// lambda of the first bending mode of the straight body clamped at both ends: the scale that eigenvalues of
+/// this body are judged against.
+double clamped_eigenvalue(const Body& body);
+
+/// The lowest `count` modes (all of them when 0 or too many). All, or many of a small model: a dense solver;
+/// few of a fine mesh: subspace iteration on the band matrices.
 Eigenmodes solve_eigenmodes(const Model& model, int count = 0);
 
 /// f with (2 pi f)^2 = E(f) lambda [Hz]: fixed point, unique while E rises slower than f^2.

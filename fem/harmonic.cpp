@@ -240,9 +240,7 @@ Eigen::MatrixXcd solve_lines(const Model& model, const Drive& drive, const Measu
 /// A mode whose eigenvalue vanishes against that of the first bending mode: a rigid motion of a body that is
 /// not held.
 bool is_rigid(const Body& body, double eigenvalue) {
-  const double length2 = body.centreline.length() * body.centreline.length();
-  return eigenvalue <
-         1e-4 * body.section.second_moment / (body.density * body.section.area * length2 * length2);
+  return eigenvalue < 1e-6 * clamped_eigenvalue(body);
 }
 
 }  // namespace
@@ -250,6 +248,7 @@ bool is_rigid(const Body& body, double eigenvalue) {
 HarmonicResponse harmonic_response(const Model& model, const Drive& drive, const Measurement& measurement,
                                    const VectorXd& frequency_hz, const HarmonicOptions& options) {
   check_frequencies(frequency_hz);
+  validate_modulus(model.body);
   if (model.free_dof.empty()) {
     throw Error(
         fmt::format("harmonic_response: body '{}' has no free dof; use more elements", model.body.name));

@@ -1,1 +1,192 @@
+#include "fem/beam_element.hpp"
+
 #include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <cmath>
+
+#include "fem/quadrature.hpp"
+#include "tests/fem/bodies.hpp"
+
+namespace struna::fem {
+namespace {
+
+using Eigen::Vector3d;
+using Vector12 = Eigen::Matrix<double, 12, 1>;
+
+double relative_difference(const Matrix12& a, const Matrix12& b) {
+  return (a - b).norm() / b.norm();
+}
+
+/// Rigid motion (u at the origin, theta) of the two end points.
+Vector12 rigid_motion(const Vector3d& a, const Vector3d& b, const Vector3d& shift, const Vector3d& turn) {
+  Vector12 q;
+  q << shift + turn.cross(a), turn, shift + turn.cross(b), turn;
+  return q;
+}
+
+/// Every curve that the tests go through: straight, arcs, and a piece of a spline with an inflection.
+std::vector<Body> curved_bodies() {
+  return {testing::arc_wire(60.0), testing::arc_wire(180.0), testing::spline_wire(),
+          testing::wire_along(spline_through({{0, 0, 0}, {0.2, 0.1, 0}, {0.4, -0.1, 0}, {0.6, 0, 0}}, 0.68))};
+}
+
+TEST(BeamElement, IsTheHermiteElementOnAStraightLine) {
+  const Vector3d tangent = Vector3d(1.0, 2.0, -0.5).normalized();
+  const Body body =
+      testing::wire_along(straight_line({0.1, 0.0, 0.2}, Vector3d(0.1, 0.0, 0.2) + 0.68 * tangent));
+  const ElementMatrices general = beam_element(body, 0.2, 0.25);
+  const ElementMatrices hermite = straight_beam_element(body, 0.05, tangent);
+  EXPECT_LT(relative_difference(general.stiffness, hermite.stiffness), 1e-13);  // rounding
+  EXPECT_LT(relative_difference(general.mass, hermite.mass), 1e-13);
+}
+
+TEST(BeamElement, StraightElementHasTheTextbookEntries) {
+  const Body body = testing::straight_wire();
+  const double h = 0.1;
+  const ElementMatrices e = straight_beam_element(body, h, Vector3d::UnitX());
+  const double i = body.section.second_moment;
+  const double m = body.density * body.section.area * h;
+  EXPECT_DOUBLE_EQ(e.stiffness(0, 6), -body.section.area / h);
+  EXPECT_DOUBLE_EQ(e.stiffness(1, 1), 12.0 * i / (h * h * h));
+  EXPECT_DOUBLE_EQ(e.stiffness(1, 5), 6.0 * i / (h * h));   // v with rotation about z
+  EXPECT_DOUBLE_EQ(e.stiffness(2, 4), -6.0 * i / (h * h));  // w with rotation about y
+  EXPECT_DOUBLE_EQ(e.stiffness(5, 11), 2.0 * i / h);
+  EXPECT_DOUBLE_EQ(e.stiffness(3, 3), body.section.torsion_constant / (2.6 * h));
+  EXPECT_DOUBLE_EQ(e.mass(1, 1), 156.0 / 420.0 * m);
+  EXPECT_DOUBLE_EQ(e.mass(1, 11), -13.0 / 420.0 * m * h);
+  EXPECT_DOUBLE_EQ(e.mass(0, 6), m / 6.0);
+  EXPECT_DOUBLE_EQ(e.mass(3, 3), body.density * 2.0 * i * h / 3.0);
+}
+
+TEST(BeamElement, EndFlexibilityOfAQuarterRingMeetsCastigliano) {
+  // Inextensible in effect (huge area), thin quarter ring of radius R held at one end. In-plane load H
+  // tangential, V radial at the free end; textbook deflections: u_V = pi V R^3/(4 E I) along a load parallel
+  // to the chord's legs: for the load along the clamped end's tangent, (3 pi/4 - 2) R^3/(E I); normal to it
+  // pi/4.
+  Body body = testing::wire_along(circular_arc(0.5 * std::numbers::pi * 0.3, 0.5 * std::numbers::pi));
+  body.section.area = 1e3;
+  const double radius = 0.3;
+  const Matrix12 k = beam_element(body, 0.0, body.centreline.length()).stiffness;
+  const Eigen::Matrix<double, 6, 6> flexibility = k.bottomRightCorner<6, 6>().inverse();
+  const double unit = std::pow(radius, 3) / body.section.second_moment;
+  // A single element turning 90 degrees: four Gauss points leave some 1e-7.
+  EXPECT_NEAR(flexibility(0, 0), (0.75 * std::numbers::pi - 2.0) * unit, 1e-6 * unit);
+  EXPECT_NEAR(flexibility(1, 1), 0.25 * std::numbers::pi * unit, 1e-6 * unit);
+  EXPECT_NEAR(flexibility(0, 1), -0.5 * unit, 1e-6 * unit);
+  // Out of the plane: pi/4 from bending, (3 pi/4 - 2) from torsion.
+  const double torsion = 2.6 * body.section.second_moment / body.section.torsion_constant;
+  EXPECT_NEAR(flexibility(2, 2), (0.25 * std::numbers::pi + (0.75 * std::numbers::pi - 2.0) * torsion) * unit,
+              1e-6 * unit);
+}
+
+TEST(BeamElement, MatricesAreSymmetricAndDefinite) {
+  for (const Body& body : curved_bodies()) {
+    const ElementMatrices e = beam_element(body, 0.21, 0.25);
+    EXPECT_LT((e.stiffness - e.stiffness.transpose()).norm(), 1e-15 * e.stiffness.norm());
+    EXPECT_LT((e.mass - e.mass.transpose()).norm(), 1e-15 * e.mass.norm());
+    const Eigen::SelfAdjointEigenSolver<Matrix12> mass(e.mass);
+    EXPECT_GT(mass.eigenvalues()(0), 0.0);
+    const Eigen::SelfAdjointEigenSolver<Matrix12> stiffness(e.stiffness);
+    EXPECT_GT(stiffness.eigenvalues()(6), 0.0);
+  }
+}
+
+TEST(BeamElement, RigidMotionsCostNoEnergyOnACurve) {
+  for (const Body& body : curved_bodies()) {
+    const double s0 = 0.2;
+    const double s1 = 0.26;
+    const Matrix12 k = beam_element(body, s0, s1).stiffness;
+    const Vector3d a = body.centreline.at(s0).position;
+    const Vector3d b = body.centreline.at(s1).position;
+    for (int i = 0; i < 3; ++i) {
+      EXPECT_LT((k * rigid_motion(a, b, Vector3d::Unit(i), Vector3d::Zero())).norm(), 1e-14 * k.norm());
+      EXPECT_LT((k * rigid_motion(a, b, Vector3d::Zero(), Vector3d::Unit(i))).norm(), 1e-14 * k.norm());
+    }
+  }
+}
+
+TEST(BeamElement, RigidTranslationCarriesTheElementsMass) {
+  for (const Body& body : curved_bodies()) {
+    const Matrix12 mass = beam_element(body, 0.2, 0.26).mass;
+    for (int i = 0; i < 3; ++i) {
+      const Vector12 q = rigid_motion({0, 0, 0}, {0, 0, 0}, Vector3d::Unit(i), Vector3d::Zero());
+      EXPECT_NEAR(q.dot(mass * q) / (body.density * body.section.area * 0.06), 1.0, 1e-13);  // rounding
+    }
+  }
+}
+
+TEST(BeamElement, RigidRotationCarriesTheMomentOfInertiaOfTheCurve) {
+  for (const Body& body : curved_bodies()) {
+    const double s0 = 0.2;
+    const double s1 = 0.26;
+    const ElementMatrices e = beam_element(body, s0, s1);
+    const GaussRule rule = gauss_legendre(12);
+    for (int axis = 0; axis < 3; ++axis) {
+      double inertia = 0.0;
+      for (int g = 0; g < rule.node.size(); ++g) {
+        const CurvePoint at = body.centreline.at(s0 + (s1 - s0) * rule.node(g));
+        const double twist = at.tangent(axis);
+        inertia += (s1 - s0) * rule.weight(g) * body.density *
+                   (body.section.area * Vector3d::Unit(axis).cross(at.position).squaredNorm() +
+                    2.0 * body.section.second_moment * twist * twist);
+      }
+      const Vector12 q = rigid_motion(body.centreline.at(s0).position, body.centreline.at(s1).position,
+                                      Vector3d::Zero(), Vector3d::Unit(axis));
+      EXPECT_NEAR(q.dot(e.mass * q) / inertia, 1.0,
+                  1e-9);  // four Gauss points over a turn of up to 30 degrees
+    }
+  }
+}
+
+TEST(BeamElement, TurnsWithItsCurve) {
+  const Eigen::Matrix3d turn =
+      Eigen::AngleAxisd(0.7, Vector3d(1.0, -2.0, 0.5).normalized()).toRotationMatrix();
+  std::vector<Vector3d> turned = testing::spline_points();
+  for (Vector3d& point : turned) point = turn * point;
+  const ElementMatrices e =
+      beam_element(testing::wire_along(spline_through(testing::spline_points(), 0.68)), 0.2, 0.25);
+  const ElementMatrices r = beam_element(testing::wire_along(spline_through(turned, 0.68)), 0.2, 0.25);
+  Matrix12 rotation = Matrix12::Zero();
+  for (int i = 0; i < 4; ++i) rotation.block<3, 3>(3 * i, 3 * i) = turn;
+  EXPECT_LT(relative_difference(r.stiffness, rotation * e.stiffness * rotation.transpose()),
+            1e-12);  // rounding
+  EXPECT_LT(relative_difference(r.mass, rotation * e.mass * rotation.transpose()), 1e-12);
+}
+
+TEST(BeamElement, ShapeFunctionsInterpolateTheEndsAndCarryRigidMotion) {
+  for (const Body& body : curved_bodies()) {
+    const double s0 = 0.2;
+    const double s1 = 0.26;
+    const Vector3d a = body.centreline.at(s0).position;
+    const Vector3d b = body.centreline.at(s1).position;
+    Matrix3x12 at_start = Matrix3x12::Zero();
+    at_start.leftCols<3>().setIdentity();
+    EXPECT_LT((beam_displacement(body, s0, s1, s0) - at_start).norm(), 1e-12);
+    Matrix3x12 at_end = Matrix3x12::Zero();
+    at_end.middleCols<3>(6).setIdentity();
+    EXPECT_LT((beam_displacement(body, s0, s1, s1) - at_end).norm(), 1e-11);
+    const double s = 0.237;
+    const Vector3d shift(0.3, -0.2, 0.1);
+    const Vector3d turn(-0.4, 0.9, 0.2);
+    const Vector3d moved = beam_displacement(body, s0, s1, s) * rigid_motion(a, b, shift, turn);
+    EXPECT_LT((moved - shift - turn.cross(body.centreline.at(s).position)).norm(), 1e-13);
+  }
+}
+
+TEST(BeamElement, ShapeFunctionsOfAStraightElementAreHermites) {
+  const Body body = testing::straight_wire();
+  const double h = 0.08;
+  const Matrix3x12 shape = beam_displacement(body, 0.1, 0.1 + h, 0.1 + 0.3 * h);
+  const double x = 0.3;
+  EXPECT_NEAR(shape(0, 0), 1.0 - x, 1e-14);
+  EXPECT_NEAR(shape(1, 1), 1.0 - 3.0 * x * x + 2.0 * x * x * x, 1e-14);
+  EXPECT_NEAR(shape(1, 5), h * (x - 2.0 * x * x + x * x * x), 1e-15);
+  EXPECT_NEAR(shape(2, 4), -h * (x - 2.0 * x * x + x * x * x), 1e-15);
+  EXPECT_NEAR(shape(1, 11), h * (x * x * x - x * x), 1e-15);
+}
+
+}  // namespace
+}  // namespace struna::fem
