@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "fem/error.hpp"
+#include "fem/plane_modes.hpp"
 
 namespace struna::fem {
 namespace {
@@ -35,7 +36,7 @@ PlannedBody planned_body(const Scene& scene, const std::string& name, double hig
   const int elements =
       body.elements > 0 ? body.elements : recommended_elements(body, highest_hz, scene.simulation->tolerance);
   PlannedBody planned{assemble(body, elements), {}, {}, {}};
-  planned.modes = solve_eigenmodes(planned.model);
+  planned.modes = solve_plane_modes(planned.model, scene.drive->direction);
   planned.drive = body_drive(scene, planned.model);
   planned.coordinates = scene.simulation->method == IntegrationMethod::modal
                             ? modal_coordinates(planned.model, planned.modes, planned.drive)

@@ -1,0 +1,15 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "fem/eigenmodes.hpp"
+
+namespace struna::fem {
+
+/// All modes of a body, those of a straight one sorted into its planes: bending across `direction` (its part
+/// normal to the axis), bending across the third axis, stretch and torsion are solved apart. A straight wire
+/// bends alike in every plane, so a common solution would return arbitrary mixtures of each pair, and shaking
+/// one plane would seem to move the other. Curved bodies: the same as solve_eigenmodes(model).
+Eigenmodes solve_plane_modes(const Model& model, const Eigen::Vector3d& direction);
+
+}  // namespace struna::fem
