@@ -1,7 +1,249 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <memory>
+#include <sstream>
+
 #include "apps/commands.hpp"
+#include "apps/console.hpp"
+#include "apps/measured_transfer.hpp"
+#include "apps/output_folder.hpp"
+#include "apps/predict.hpp"
+#include "apps/provenance.hpp"
+#include "apps/report.hpp"
+#include "apps/scene_file.hpp"
+#include "apps/scene_fit.hpp"
+#include "apps/study_file.hpp"
+#include "fem/eigenmodes.hpp"
+#include "ident/atomic_file.hpp"
+#include "ident/comparison.hpp"
+#include "ident/mode_file.hpp"
+#include "ident/parameter_file.hpp"
+#include "ident/transfer_function_file.hpp"
 
 namespace struna::apps {
+namespace {
 
-void add_identify(CLI::App& app) { (void)app; }
+/// Everything that the command finds out, in the order in which it does.
+struct Identification {
+  MeasuredTransfer transfer;
+  ident::ModeSet modes;
+  SceneFit fit;
+  ident::TransferFunction predicted;
+  ident::TransferFunction predicted_viscous;
+  double mesh_error = 0.0;
+  ident::Comparison comparison;
+  ident::Comparison comparison_viscous;
+  std::vector<std::string> warnings;
+};
+
+/// As `struna frf` measures it, but without the line at 0 Hz where no band is given: no mode shows there, and
+/// half of the forms are not defined.
+MeasuredTransfer measure(const Study& study) {
+  TransferSettings settings = study.transfer;
+  if (!settings.band)
+    settings.band = Band{std::numeric_limits<double>::min(), std::numeric_limits<double>::max()};
+  std::vector<std::string> files = study.records;
+  files.push_back(study.file);
+  return blaming(files, [&] {
+    return measure_transfer(study.records, study.input, study.outputs, study.corrections, settings);
+  });
+}
+
+fem::Scene scene_of(const Study& study) {
+  fem::Scene scene = read_scene(study.scene);
+  blaming({study.file}, [&] { fem::select_outputs(scene, study.outputs); });
+  blaming({study.scene}, [&] { fem::linear_path(scene); });
+  return scene;
+}
+
+ident::Provenance provenance_of(const Study& study, double band_lo_hz, double band_hi_hz) {
+  std::vector<std::string> files = {study.file, study.scene};
+  files.insert(files.end(), study.records.begin(), study.records.end());
+  return provenance(files, band_lo_hz, band_hi_hz);
+}
+
+void predict_both(Identification& found, const std::string& scene_file) {
+  const ident::FrfKind form = found.transfer.function.outputs.front().kind;
+  const auto with = [&](fem::Damping damping) {
+    return blaming({scene_file}, [&] {
+      return predict(found.fit.scene, damping, found.transfer.function.frequency_hz, form, &found.mesh_error);
+    });
+  };
+  found.predicted_viscous = with(fem::Damping::viscous);
+  found.predicted = with(fem::Damping::structural);
+}
+
+Identification identify(const Study& study) {
+  const fem::Scene scene = scene_of(study);
+  Identification found;
+
+  progress("reading the records and estimating the transfer function");
+  found.transfer = measure(study);
+  found.warnings = found.transfer.warnings;
+  const ident::TransferFunction& measured = found.transfer.function;
+
+  progress("finding the modes");
+  found.modes = blaming({study.file}, [&] { return ident::identify_modes(measured, study.modes); });
+  if (found.modes.modes.empty()) {
+    throw Error(study.file, 0,
+                "no mode was found in the records; a band with resonances is needed, see [modes] band");
+  }
+
+  progress("fitting the model");
+  found.fit = blaming({study.scene}, [&] { return fit_to_scene(scene, found.modes, study.fit); });
+  const ident::Provenance& fitted = found.fit.identified.provenance;
+  found.fit.identified.provenance = provenance_of(study, fitted.band_lo_hz, fitted.band_hi_hz);
+  if (found.fit.identified.pairing.sign_reversed) {
+    found.warnings.push_back(
+        "all modal constants have the sign opposite to the model's: a channel's sign is likely reversed");
+  }
+
+  const fem::Body identified = fem::linear_path(found.fit.scene).body;
+  if (!has_modulus(identified)) {
+    throw Error(study.file, 0,
+                "no measured mode could be trusted to stand for one of the model: check the scene's geometry "
+                "and ends, the "
+                "channels' order and the band");
+  }
+
+  progress("predicting and comparing");
+  for (auto& warning : extrapolation_warnings(identified, fem::Damping::structural, measured.frequency_hz)) {
+    found.warnings.push_back(std::move(warning));
+  }
+  predict_both(found, study.scene);
+  blaming({study.file}, [&] {
+    found.comparison = ident::compare(measured, found.predicted, study.compare.lo_hz, study.compare.hi_hz);
+    found.comparison_viscous =
+        ident::compare(measured, found.predicted_viscous, study.compare.lo_hz, study.compare.hi_hz);
+  });
+  for (const auto& name : found.comparison.not_compared) {
+    found.warnings.push_back(name + ": not compared, the prediction does not have it");
+  }
+  return found;
+}
+
+std::string text_of(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
+}
+
+std::vector<std::pair<std::string, std::string>> settings_of(const Study& study,
+                                                             const Identification& found) {
+  std::vector<std::pair<std::string, std::string>> settings = {
+      {"records", fmt::format("{}", fmt::join(study.records, ", "))},
+      {"input", study.input},
+      {"form", ident::to_string(found.transfer.function.outputs.front().kind)}};
+  for (auto& shown : transfer_settings_shown(found.transfer, study.transfer))
+    settings.push_back(std::move(shown));
+  settings.emplace_back("mode method", ident::to_string(study.modes.method));
+  settings.emplace_back("elements", std::to_string(found.fit.elements));
+  settings.emplace_back("mesh error of the prediction", fmt::format("{:.1e}", found.mesh_error));
+  return settings;
+}
+
+Eigen::VectorXd model_frequencies(const SceneFit& fit) {
+  const fem::Body body = fem::linear_path(fit.scene).body;
+  const Eigen::VectorXd eigenvalue = fem::solve_eigenmodes(fem::assemble(body, fit.elements)).eigenvalue;
+  return eigenvalue.unaryExpr(
+      [&](double lambda) { return fem::natural_frequency_hz(lambda, body.material.youngs_modulus); });
+}
+
+ReportContent report_content(const Study& study, const std::string& folder, const Identification& found) {
+  ReportContent content;
+  content.title = std::filesystem::path(study.file).parent_path().filename().string();
+  if (content.title.empty()) content.title = std::filesystem::path(study.file).stem().string();
+  content.command = "struna identify " + study.file + " -o " + folder;
+  content.warnings = found.warnings;
+  content.settings = settings_of(study, found);
+  content.measured = found.transfer.function;
+  content.predicted = found.predicted;
+  content.predicted_viscous = found.predicted_viscous;
+  content.modes = found.modes;
+  content.identified = found.fit.identified;
+  content.comparison = found.comparison;
+  content.comparison_viscous = found.comparison_viscous;
+  content.model_natural_frequency_hz = model_frequencies(found.fit);
+  content.input_files = {{study.file, text_of(study.file)}, {study.scene, text_of(study.scene)}};
+  return content;
+}
+
+void write(const Study& study, const std::string& folder, const Identification& found) {
+  const std::string report = render_report(report_content(study, folder, found));
+  fill_folder(folder, [&](const std::string& staging) {
+    ident::write_transfer_function(found.transfer.function, staging + "/trfam.csv");
+    ident::write_modes(found.modes, staging + "/modes.csv");
+    ident::write_parameters(found.fit.identified, staging + "/identified.toml");
+    ident::write_transfer_function(found.predicted, staging + "/predicted.csv");
+    ident::write_transfer_function(found.predicted_viscous, staging + "/predicted_viscous.csv");
+    ident::write_comparison(found.comparison, staging + "/comparison.csv");
+    ident::write_atomically(staging + "/report.html", report);
+  });
+}
+
+void print_summary(const std::string& folder, const Identification& found) {
+  const auto& identified = found.fit.identified;
+  const auto& rayleigh = identified.rayleigh;
+  print(fmt::format("{} modes, {} trusted; body '{}'", found.modes.modes.size(),
+                    identified.modulus.value.size(), identified.body));
+  if (identified.modulus.value.size() > 0) {
+    print(fmt::format("modulus      {:.4g} to {:.4g} GPa", 1e-9 * identified.modulus.value.minCoeff(),
+                      1e-9 * identified.modulus.value.maxCoeff()));
+    print(fmt::format("loss factor  {:.4g} to {:.4g}", identified.loss_factor.value.minCoeff(),
+                      identified.loss_factor.value.maxCoeff()));
+  }
+  print(fmt::format("Rayleigh     alpha {:.4g} ± {:.2g} 1/s, beta {:.4g} ± {:.2g} s", rayleigh.rayleigh.alpha,
+                    rayleigh.alpha_sigma, rayleigh.rayleigh.beta, rayleigh.beta_sigma));
+  Table table{{"output", "FRAC structural", "error [dB]", "FRAC viscous", "error [dB]"}, {}};
+  for (std::size_t k = 0; k < found.comparison.outputs.size(); ++k) {
+    const auto& structural = found.comparison.outputs[k];
+    const auto& viscous = found.comparison_viscous.outputs[k];
+    table.rows.push_back({structural.output, fmt::format("{:.4f}", structural.frac),
+                          fmt::format("{:.2f}", structural.log_magnitude_error_db),
+                          fmt::format("{:.4f}", viscous.frac),
+                          fmt::format("{:.2f}", viscous.log_magnitude_error_db)});
+  }
+  print(table);
+  print("written to " + folder + "; open " + (std::filesystem::path(folder) / "report.html").string());
+}
+
+}  // namespace
+
+void add_identify(CLI::App& app) {
+  struct Options {
+    std::string study;
+    std::string folder;
+  };
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "identify", "From records to identified parameters, a compared prediction and a report");
+  command->add_option("study", options->study, "the study file: scene, records, input, outputs and options")
+      ->required()
+      ->type_name("STUDY.toml");
+  command
+      ->add_option(
+          "-o,--output-folder", options->folder,
+          "folder for trfam.csv modes.csv identified.toml predicted.csv predicted_viscous.csv comparison.csv "
+          "report.html; made when missing")
+      ->required()
+      ->type_name("DIRECTORY");
+  command->footer(
+      "Example:\n"
+      "  struna identify sample_data/curved_wire/study.toml -o out\n\n"
+      "Everything is worked out first and written at the end, all files or none.");
+  command->callback([options] {
+    check_folder(options->folder);
+    const Study study = read_study(options->study);
+    const Identification found = identify(study);
+    for (const auto& warning : found.warnings) warn(warning);
+    write(study, options->folder, found);
+    print_summary(options->folder, found);
+  });
+}
 
 }  // namespace struna::apps

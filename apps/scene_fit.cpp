@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "apps/predict.hpp"
 #include "apps/scene_file.hpp"
 #include "fem/error.hpp"
 
@@ -14,28 +15,27 @@ constexpr int most_rounds = 5;
 
 }  // namespace
 
-SceneFit fit_to_scene(const fem::Scene& scene, const ident::ModeSet& modes, const ident::FitOptions& options,
-                      double tolerance) {
+SceneFit fit_to_scene(const fem::Scene& scene, const ident::ModeSet& modes,
+                      const ident::FitOptions& options) {
   if (modes.modes.empty()) throw Error("fit: at least one mode is needed, got none");
   SceneFit fit;
   fit.scene = scene;
   if (!modes.outputs.empty()) fem::select_outputs(fit.scene, modes.outputs);
   const fem::LinearPath path = fem::linear_path(fit.scene);
   const double highest_hz = modes.modes.back().natural_frequency_hz;
-  const auto needed = [&](const fem::Body& body) {
-    return fem::recommended_elements(body, highest_hz, tolerance);
+  const auto elements = [&](const fem::Body& body) {
+    return body.elements > 0 || has_modulus(body) ? mesh_elements(body, highest_hz) : first_elements;
   };
 
-  const bool open = path.body.elements == 0;
-  fit.elements = !open ? path.body.elements : has_modulus(path.body) ? needed(path.body) : first_elements;
+  fit.elements = elements(path.body);
   fem::Body& body = *std::find_if(fit.scene.bodies.begin(), fit.scene.bodies.end(),
                                   [&](const fem::Body& other) { return other.name == path.body.name; });
   for (int round = 0; round < most_rounds; ++round) {
     const fem::Model model = fem::assemble(path.body, fit.elements);
     fit.identified = ident::identify_parameters(modes, model, path.drive, path.measurement, options);
     body.material = ident::apply(fit.identified, path.body.material);
-    if (!open || needed(body) <= fit.elements) break;
-    fit.elements = needed(body);
+    if (elements(body) <= fit.elements) break;
+    fit.elements = elements(body);
   }
   return fit;
 }

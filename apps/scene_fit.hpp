@@ -13,10 +13,8 @@ struct SceneFit {
 
 /// Identifies the parameters of the scene's driven and measured body from measured modes. The scene's outputs
 /// are brought into the order of the modes' own. Where the scene leaves the number of elements open, the mesh
-/// follows from the modulus that is found: fitted again on a finer one until the natural frequencies up to
-/// the highest mode are within `tolerance`. Throws Error when there are no modes, or the scene lacks one of
-/// their outputs.
-SceneFit fit_to_scene(const fem::Scene& scene, const ident::ModeSet& modes, const ident::FitOptions& options,
-                      double tolerance = 1e-5);
+/// follows from the modulus that is found: fitted again on a finer one until it has the mesh_elements() of
+/// the highest mode. Throws Error when there are no modes, or the scene lacks one of their outputs.
+SceneFit fit_to_scene(const fem::Scene& scene, const ident::ModeSet& modes, const ident::FitOptions& options);
 
 }  // namespace struna::apps

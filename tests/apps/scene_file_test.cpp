@@ -390,14 +390,14 @@ value = [0.03, 0.03]
 sigma = [0.001, 0.001]
 [loss_factor.law]
 kind = "constant"
-parameters = [0.03]
+value = 0.03
 [modulus]
 frequency = [20, 60]
 value = [9e10, 9e10]
 sigma = [1e7, 1e7]
 [modulus.law]
 kind = "constant"
-parameters = [9e10]
+value = 9e10
 )";
 
 TEST(SceneFile, ParametersGoIntoTheirOwnBodyAndNoOther) {

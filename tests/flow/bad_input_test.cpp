@@ -164,9 +164,9 @@ std::vector<Case> cases() {
       file_case("ParametersOfAnotherBody", "p.toml",
                 "body = \"band\"\n[rayleigh]\nalpha = 1\nbeta = 0\nalpha_sigma = 0\nbeta_sigma = 0\n"
                 "[modulus]\nfrequency = [20]\nvalue = [1e11]\nsigma = [1e9]\n"
-                "[modulus.law]\nkind = \"constant\"\nparameters = [1e11]\n"
+                "[modulus.law]\nkind = \"constant\"\nvalue = 1e11\n"
                 "[loss_factor]\nfrequency = [20]\nvalue = [0.01]\nsigma = [0.001]\n"
-                "[loss_factor.law]\nkind = \"constant\"\nparameters = [0.01]\n",
+                "[loss_factor.law]\nkind = \"constant\"\nvalue = 0.01\n",
                 "predict s.toml --parameters p.toml --band 10:100 --resolution 10 -o out.csv",
                 "struna: p.toml: belongs to body 'band'"),
       file_case("LikeFileBroken", "t.csv", "frequency [Hz],force_y_re [N/m]\n1,1\n",
