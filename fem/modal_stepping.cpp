@@ -66,7 +66,7 @@ class ModalStepper::State {
   Instant now_;
 
  private:
-  int points() const { return static_cast<int>(points_.size()); }
+  int point_count() const { return static_cast<int>(points_.size()); }
   void store_state();
   void refresh(Instant& instant, double time);
   void set_geometry(Instant& instant);
@@ -145,8 +145,8 @@ int ModalStepper::State::check_body(int body) const {
 }
 
 int ModalStepper::State::check_point(int point) const {
-  if (point < 0 || point >= points()) {
-    throw Error(fmt::format("ModalStepper: contact point must be one of {}, got {}", points(), point));
+  if (point < 0 || point >= point_count()) {
+    throw Error(fmt::format("ModalStepper: contact point must be one of {}, got {}", point_count(), point));
   }
   return point;
 }
@@ -171,7 +171,7 @@ void ModalStepper::State::prepare() {
     instant->q.setZero(system_.poles.modes);
     instant->v.setZero(system_.poles.modes);
     instant->offset.setZero(rows);
-    instant->penetration.setZero(points());
+    instant->penetration.setZero(point_count());
   }
   for (int k = 0; k < n; ++k) {
     const ModalOrigin origin = system_.pole_origin[k];
@@ -183,12 +183,12 @@ void ModalStepper::State::prepare() {
   contact_load_.setZero(system_.poles.modes);
   point_force_.setZero(rows);
   next_point_force_.setZero(rows);
-  phase_.assign(points(), ContactPhase::open);
-  force_.assign(points(), 0.0);
-  last_rate_.assign(points(), 0.0);
-  last_impact_.assign(points(), -never);
-  closed_.reserve(points());
-  solver_.reserve(points(), system_.dimension);
+  phase_.assign(point_count(), ContactPhase::open);
+  force_.assign(point_count(), 0.0);
+  last_rate_.assign(point_count(), 0.0);
+  last_impact_.assign(point_count(), -never);
+  closed_.reserve(point_count());
+  solver_.reserve(point_count(), system_.dimension);
   ladder_.clear();
   for (int d = 0; d < 3; ++d) drives_[d] = (system_.load.col(d) != 0.0).any();
   report_.modes = system_.poles.modes;
@@ -197,7 +197,7 @@ void ModalStepper::State::prepare() {
   report_.planar = system_.dimension == 1;
   control_.set_lowest_pole(n > 0 ? (system_.poles.re.square() + system_.poles.im.square()).sqrt().minCoeff() : 0.0);
   refresh(now_, time_);
-  for (int i = 0; i < points(); ++i) {
+  for (int i = 0; i < point_count(); ++i) {
     phase_[i] = phase_of(points_[i].law, now_.penetration[i], rate(now_, i));
     force_[i] = phase_force(points_[i].law, phase_[i], now_.penetration[i], rate(now_, i));
   }
@@ -220,7 +220,7 @@ void ModalStepper::State::refresh(Instant& instant, double time) {
 
 void ModalStepper::State::set_geometry(Instant& instant) {
   const int d = system_.dimension;
-  for (int i = 0; i < points(); ++i) {
+  for (int i = 0; i < point_count(); ++i) {
     instant.penetration[i] = contact_distance(points_[i].shape, &instant.offset[i * d], d) - points_[i].gap;
   }
 }
@@ -262,7 +262,7 @@ void ModalStepper::State::settle() {
   if (system_.static_flexibility.size()) w += system_.static_flexibility;
   const int d = system_.dimension;
   closed_.clear();
-  for (int i = 0; i < points(); ++i) {
+  for (int i = 0; i < point_count(); ++i) {
     ClosedContact c;
     c.point = i;
     c.law = &points_[i].law;
@@ -393,7 +393,7 @@ void ModalStepper::State::attempt(const StepTable& table, double end_time) {
   next_.offset.noalias() = system_.rows * next_.q;
   next_.offset += system_.rest + system_.motion * next_.motion.displacement;
   closed_.clear();
-  for (int i = 0; i < points(); ++i) {
+  for (int i = 0; i < point_count(); ++i) {
     if (!transmits(phase_[i])) continue;
     const int d = system_.dimension;
     ClosedContact contact;
@@ -479,7 +479,7 @@ void ModalStepper::State::accept(const StepTable& table, double end_time, bool c
     const Eigen::VectorXd jump = next_point_force_ - point_force_;
     energy_.body_dissipated += 0.5 * jump.dot(system_.static_flexibility * jump);
   }
-  for (int i = 0; i < points(); ++i) {
+  for (int i = 0; i < point_count(); ++i) {
     last_rate_[i] = (next_.penetration[i] - now_.penetration[i]) / c.step;
     force_[i] = 0.0;
   }
@@ -491,7 +491,7 @@ void ModalStepper::State::accept(const StepTable& table, double end_time, bool c
   (contact ? report_.contact_steps : report_.free_steps) += 1;
   report_.shortest_step = report_.shortest_step == 0.0 ? c.step : std::min(report_.shortest_step, c.step);
   report_.longest_step = std::max(report_.longest_step, c.step);
-  if (points() > 0) {
+  if (point_count() > 0) {
     report_.largest_penetration = std::max(report_.largest_penetration, now_.penetration.maxCoeff());
     const double displacement = (now_.offset - system_.rest).cwiseAbs().maxCoeff();
     report_.largest_displacement = std::max(report_.largest_displacement, displacement);
@@ -520,7 +520,7 @@ PathEvent ModalStepper::State::event_of(const Instant& start, const Instant& end
 /// The earliest event of the attempted step, and its point.
 PathEvent ModalStepper::State::earliest_event(double step, int& point) {
   PathEvent best{never};
-  for (int i = 0; i < points(); ++i) {
+  for (int i = 0; i < point_count(); ++i) {
     const PathEvent event = event_of(now_, next_, i, step, step);
     if (event.time < best.time) {
       best = event;
@@ -599,7 +599,7 @@ void ModalStepper::State::strike(int point, double approach_speed) {
 
 /// Fires every event that the accepted step ends with; next_ holds the step's start after the swap.
 void ModalStepper::State::fire_due(double step) {
-  for (int i = 0; i < points(); ++i) {
+  for (int i = 0; i < point_count(); ++i) {
     const PathEvent event = event_of(next_, now_, i, step, step + control_.event_slack());
     if (event.time < never) fire(i, event.kind);
   }
@@ -645,7 +645,7 @@ void ModalStepper::State::step_toward(double target) {
     if (length == 0.0) {
       // Due at once. Points that keep changing their phase on the spot are let go for one step.
       fire(point, event.kind);
-      frozen_ = ++stalled_ > 8 + 4 * points();
+      frozen_ = ++stalled_ > 8 + 4 * point_count();
       return;
     }
     accept(cut_, std::min(time_ + length, target), contact);
@@ -717,7 +717,7 @@ EnergyLedger ModalStepper::State::energy() const {
     energy.strain += 0.5 * point_force_.dot(system_.static_flexibility * point_force_);
   }
   energy.contact_stored = 0.0;
-  for (int i = 0; i < points(); ++i) {
+  for (int i = 0; i < point_count(); ++i) {
     if (transmits(phase_[i])) {
       energy.contact_stored += 0.5 * points_[i].law.stiffness * now_.penetration[i] * now_.penetration[i];
     }

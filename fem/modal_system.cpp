@@ -191,12 +191,19 @@ void fill_modes(ModalSystem& system, const std::vector<ModalBody>& bodies) {
 void fill_poles(PoleArrays& poles, const std::vector<std::complex<double>>& pole,
                 const std::vector<std::complex<double>>& residue) {
   const int n = static_cast<int>(pole.size());
-  for (Eigen::ArrayXd* array : {&poles.re, &poles.im, &poles.residue_re, &poles.residue_im}) array->resize(n);
+  for (Eigen::ArrayXd* array : {&poles.re, &poles.im, &poles.residue_re, &poles.residue_im, &poles.inverse_re,
+                                &poles.inverse_im, &poles.ratio_re, &poles.ratio_im}) {
+    array->resize(n);
+  }
   for (int k = 0; k < n; ++k) {
     poles.re[k] = pole[k].real();
     poles.im[k] = pole[k].imag();
     poles.residue_re[k] = residue[k].real();
     poles.residue_im[k] = residue[k].imag();
+    poles.inverse_re[k] = (1.0 / pole[k]).real();
+    poles.inverse_im[k] = (1.0 / pole[k]).imag();
+    poles.ratio_re[k] = (residue[k] / pole[k]).real();
+    poles.ratio_im[k] = (residue[k] / pole[k]).imag();
   }
 }
 

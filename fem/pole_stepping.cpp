@@ -1,5 +1,6 @@
 #include "fem/pole_stepping.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <complex>
 
@@ -142,37 +143,50 @@ void modal_internal_force(const PoleArrays& poles, const PoleState& state, Eigen
   }
 }
 
+namespace {
+
+/// Modes of one pole: with w = mu z + r p, q' = Re w and w = (w0 + kappa) exp(mu t) - kappa, kappa = r slope/(mu h), the integral
+/// of q'^2 is half of (|A|^2 I_abs + Re(A^2 I_square) - 4 Re(kappa) Re(A I) + 2 Re(kappa)^2 h), A = w0 + kappa.
+/// In blocks, on the stack, in real arithmetic: this runs at every step.
+StepEnergy single_pole_energy(const PoleArrays& poles, const StepCoefficients& c, const Eigen::ArrayXd& mean,
+                              const Eigen::ArrayXd& slope, const Eigen::ArrayXd& contact, const PoleState& from,
+                              const PoleState& to) {
+  constexpr int block = 64;
+  using Block = Eigen::Array<double, Eigen::Dynamic, 1, Eigen::ColMajor, block, 1>;
+  StepEnergy energy;
+  const double h = c.step;
+  for (int at = 0; at < poles.single; at += block) {
+    const int n = std::min(block, poles.single - at);
+    const auto part = [&](const Eigen::ArrayXd& array) { return array.segment(at, n); };
+    const Block q0 = part(from.re);
+    const Block gain_re = part(to.re) - q0;
+    const Block gain_im = part(to.im) - part(from.im);
+    const Block s = part(slope);
+    const Block total = part(mean) + part(contact);
+    // Mean of q over the step, from z' = mu z + r p integrated.
+    const Block q_mean = (part(poles.inverse_re) * gain_re - part(poles.inverse_im) * gain_im) / h -
+                         part(poles.ratio_re) * total;
+    energy.load_work += (part(mean) * gain_re + s * (q0 + 0.5 * gain_re - q_mean)).sum();
+    const Block load = total - 0.5 * s;
+    const Block kappa = part(poles.ratio_re) * s / h;
+    const Block a = part(poles.re) * q0 - part(poles.im) * part(from.im) + part(poles.residue_re) * load + kappa;
+    const Block b = part(poles.re) * part(from.im) + part(poles.im) * q0 + part(poles.residue_im) * load +
+                    part(poles.ratio_im) * s / h;
+    const Block square = (a * a + b * b) * part(c.int_abs2) + (a * a - b * b) * part(c.int_square_re) -
+                         2.0 * a * b * part(c.int_square_im) -
+                         4.0 * kappa * (a * part(c.int_re) - b * part(c.int_im)) + 2.0 * h * kappa * kappa;
+    energy.dissipated -= (part(poles.re) * square).sum();
+  }
+  return energy;
+}
+
+}  // namespace
+
 StepEnergy step_energy(const PoleArrays& poles, const StepCoefficients& c, const Eigen::ArrayXd& mean,
                        const Eigen::ArrayXd& slope, const Eigen::ArrayXd& contact, const PoleState& from,
                        const PoleState& to) {
-  StepEnergy energy;
+  StepEnergy energy = single_pole_energy(poles, c, mean, slope, contact, from, to);
   const double h = c.step;
-  // Work of the load on one mode: mean (q1 - q0) + slope ((q0 + q1)/2 - mean of q), the mean of q from
-  // z' = mu z + r p integrated over the step.
-  const auto mean_of = [&](int k, double load) {
-    return ((at(to.re, to.im, k) - at(from.re, from.im, k)) / h -
-            at(poles.residue_re, poles.residue_im, k) * load) /
-           at(poles.re, poles.im, k);
-  };
-  for (int k = 0; k < poles.single; ++k) {
-    const double total = mean[k] + contact[k];
-    const double q0 = from.re[k];
-    const double q1 = to.re[k];
-    energy.load_work += mean[k] * (q1 - q0);
-    if (slope[k] != 0.0) energy.load_work += slope[k] * (0.5 * (q0 + q1) - mean_of(k, total).real());
-    // q' = Re w, w = (w0 + kappa) exp(mu t) - kappa, kappa = r slope/(mu h).
-    const Complex mu = at(poles.re, poles.im, k);
-    const Complex residue = at(poles.residue_re, poles.residue_im, k);
-    const Complex kappa = residue * slope[k] / (mu * h);
-    const Complex amplitude = mu * at(from.re, from.im, k) + residue * (total - 0.5 * slope[k]) + kappa;
-    const Complex integral = at(c.int_re, c.int_im, k);
-    const double abs2 = std::norm(amplitude) * c.int_abs2[k] -
-                        2.0 * (amplitude * std::conj(kappa) * integral).real() + std::norm(kappa) * h;
-    const double square = (amplitude * amplitude * at(c.int_square_re, c.int_square_im, k) -
-                           2.0 * amplitude * kappa * integral + kappa * kappa * h)
-                              .real();
-    energy.dissipated += -2.0 * mu.real() * 0.5 * (abs2 + square);
-  }
   for (int k = poles.single; k < poles.size();) {
     const int end = pole_end(poles, k);
     const int m = poles.mode[k];
@@ -184,7 +198,8 @@ StepEnergy step_energy(const PoleArrays& poles, const StepCoefficients& c, const
       q1 += to.re[j];
       v0 += poles.re[j] * from.re[j] - poles.im[j] * from.im[j];
       v1 += poles.re[j] * to.re[j] - poles.im[j] * to.im[j];
-      average += mean_of(j, total).real();
+      average += (poles.inverse_re[j] * (to.re[j] - from.re[j]) - poles.inverse_im[j] * (to.im[j] - from.im[j])) / h -
+                 poles.ratio_re[j] * total;
       real = real && poles.im[j] == 0.0;
     }
     const double work = mean[m] * (q1 - q0) + slope[m] * (0.5 * (q0 + q1) - average);

@@ -11,6 +11,8 @@ namespace struna::fem {
 struct PoleArrays {
   Eigen::ArrayXd re, im;                  ///< mu [1/s]
   Eigen::ArrayXd residue_re, residue_im;  ///< r [s]
+  Eigen::ArrayXd inverse_re, inverse_im;  ///< 1/mu [s]
+  Eigen::ArrayXd ratio_re, ratio_im;      ///< r/mu [s^2]
   std::vector<int> mode;
   int single = 0;
   int modes = 0;
