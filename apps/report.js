@@ -50,9 +50,10 @@
     `FRAC of ${comparison.outputs.map((o) => o.output).join(' / ')}, ${model} damping`];
 
   function resultSentence() {
-    const sound = modes.filter(trusted);
+    const used = ['usedForModulus', 'usedForLossFactor'].map((key) => modes.filter((mode) => mode[key]).length);
+    const verdict = fitted ? `${used[0]} trusted for the modulus, ${used[1]} for the damping` : `${modes.filter(trusted).length} without a flag`;
     const text = [`${plural(modes.length, 'mode')} found` +
-      (modes.length ? ` between ${format(modes[0].frequency)} and ${format(modes[modes.length - 1].frequency)} Hz, ${sound.length} of them trusted.` : '.')];
+      (modes.length ? ` between ${format(modes[0].frequency)} and ${format(modes[modes.length - 1].frequency)} Hz, ${verdict}.` : '.')];
     if (fitted) {
       const law = identified.modulus.laws[0];
       text.push(`The modulus of body “${identified.body}” is ${spread(identified.modulus.value, modulusUnit[1], modulusUnit[0])}` +
@@ -70,7 +71,9 @@
 
   function resultTiles() {
     const r = identified.rayleigh;
-    const tiles = [[`${modes.filter(trusted).length} of ${modes.length}`, 'modes trusted']];
+    const count = (key) => modes.filter((mode) => mode[key]).length;
+    const tiles = fitted ? [[`${count('usedForModulus')} and ${count('usedForLossFactor')} of ${modes.length}`, 'modes trusted for modulus and damping']]
+      : [[String(modes.length), 'modes']];
     if (fitted) tiles.push([spread(identified.modulus.value, modulusUnit[1], modulusUnit[0]), `modulus E(f) of “${identified.body}”`]);
     if (identified.lossFactor.value.length) tiles.push([spread(identified.lossFactor.value, 1, '', 3), 'loss factor η(f)']);
     if (identified.rayleighKnown) {

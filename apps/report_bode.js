@@ -31,13 +31,13 @@ const Bode = (() => {
     const band = (values, sigma) => sigma && { lo: values.map((v, i) => v - sigma[i]), hi: values.map((v, i) => v + sigma[i]) };
     const cut = (values) => values && values.slice(state.first);
     const bandOf = (values, sigma) => { const b = band(values, sigma); return b && { lo: cut(b.lo), hi: cut(b.hi) }; };
-    const common = { key: 'measured', colour: 'measured', width: 2 };
+    const common = { key: 'measured', colour: 'measured', width: 1.8 };
     const x = cut(state.measured.frequency);
     const group = {
       here, x,
       magnitude: [{ ...common, x, y: cut(here.magnitude), band: bandOf(here.magnitude, here.sigma) }],
       phase: [{ ...common, x, y: cut(here.phase), band: bandOf(here.phase, phaseSigma), breakAt: 180 }],
-      coherence: output.coherence ? [{ ...common, x, y: cut(output.coherence) }] : [],
+      coherence: output.coherence ? [{ ...common, width: 1, x, y: cut(output.coherence) }] : [],
       predicted: [],
     };
     for (const prediction of state.predictions) {

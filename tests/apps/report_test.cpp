@@ -319,7 +319,9 @@ TEST_F(InBrowser, DrawsEveryPlotWithoutScriptErrors) {
   expect_sound(document);
   EXPECT_EQ(count(document, "<canvas"),
             9U + 3U + 12U);  // Bode of 3 outputs; E, eta, zeta; a circle plot per mode
-  EXPECT_THAT(document, HasSubstr("12 modes found between 23.9 and 600.6 Hz, 11 of them trusted."));
+  EXPECT_THAT(
+      document,
+      HasSubstr("12 modes found between 23.9 and 600.6 Hz, 11 trusted for the modulus, 11 for the damping."));
 }
 
 TEST_F(InBrowser, ShowsWhatThereIsWhenNothingWasIdentified) {
