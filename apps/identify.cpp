@@ -221,7 +221,7 @@ void add_identify(CLI::App& app) {
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
-      "identify", "From records to identified parameters, a compared prediction and a report");
+      "identify", "from records to identified parameters, a compared prediction and a report");
   command->add_option("study", options->study, "the study file: scene, records, input, outputs and options")
       ->required()
       ->type_name("STUDY.toml");

@@ -26,14 +26,15 @@ std::set<std::string> files_in(const Folder& folder) {
   return names;
 }
 
-/// A record of a resonator, with a line replaced at will (lines count from 1, the header's).
+/// A record of a plain spring, coherent throughout, with a line replaced at will (lines count from 1, the
+/// header's).
 std::string record(long rows, long line = 0, const std::string& instead = "") {
   std::string text = "time [s],displacement [m],force_y [N]\n";
   for (long i = 0; i < rows; ++i) {
     const double t = 1e-3 * static_cast<double>(i);
+    const double u = 1e-3 * std::sin(300 * t + 100 * t * t);
     text += line == i + 2 ? instead + "\n"
-                          : std::to_string(t) + "," + std::to_string(1e-3 * std::sin(300 * t + 5 * t * t)) +
-                                "," + std::to_string(std::cos(200 * t * t)) + "\n";
+                          : std::to_string(t) + "," + std::to_string(u) + "," + std::to_string(u) + "\n";
   }
   return text;
 }
@@ -71,6 +72,10 @@ struct Case {
   std::string arguments;
   std::string begins;  ///< what the line on stderr begins with
 };
+
+void PrintTo(const Case& tried, std::ostream* out) {
+  *out << tried.name;
+}
 
 Case record_case(const std::string& name, const std::string& content, const std::string& begins) {
   return {name, [content](const Folder& folder) { folder.write("a.csv", content); }, frf_command, begins};
