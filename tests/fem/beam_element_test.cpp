@@ -6,7 +6,9 @@
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <cmath>
+#include <numbers>
 
+#include "fem/model.hpp"
 #include "fem/quadrature.hpp"
 #include "tests/fem/bodies.hpp"
 
@@ -40,7 +42,8 @@ TEST(BeamElement, IsTheHermiteElementOnAStraightLine) {
   const ElementMatrices general = beam_element(body, 0.2, 0.25);
   const ElementMatrices hermite = straight_beam_element(body, 0.05, tangent);
   EXPECT_LT(relative_difference(general.stiffness, hermite.stiffness), 1e-13);  // rounding
-  EXPECT_LT(relative_difference(general.mass, hermite.mass), 1e-13);
+  // Rounding times the ratio of axial to bending stiffness, A h^2/(12 I) = 325.
+  EXPECT_LT(relative_difference(general.mass, hermite.mass), 2e-12);
 }
 
 TEST(BeamElement, StraightElementHasTheTextbookEntries) {
@@ -61,25 +64,31 @@ TEST(BeamElement, StraightElementHasTheTextbookEntries) {
   EXPECT_DOUBLE_EQ(e.mass(3, 3), body.density * 2.0 * i * h / 3.0);
 }
 
+/// Flexibility of the free end of a quarter ring held at the other, by Castigliano with bending, torsion and
+/// stretch.
+void expect_quarter_ring(const Body& body, double radius, const Eigen::Matrix<double, 6, 6>& flexibility,
+                         double tolerance) {
+  const double bend = std::pow(radius, 3) / body.section.second_moment;
+  const double twist = 2.0 * (1.0 + body.poisson) * std::pow(radius, 3) / body.section.torsion_constant;
+  const double stretch = radius / body.section.area;
+  const double quarter = 0.25 * std::numbers::pi;
+  EXPECT_NEAR(flexibility(0, 0), quarter * (bend + stretch), tolerance * bend);
+  EXPECT_NEAR(flexibility(1, 1), (3.0 * quarter - 2.0) * bend + quarter * stretch, tolerance * bend);
+  EXPECT_NEAR(flexibility(0, 1), 0.5 * (stretch - bend), tolerance * bend);
+  EXPECT_NEAR(flexibility(2, 2), quarter * bend + (3.0 * quarter - 2.0) * twist, tolerance * bend);
+}
+
 TEST(BeamElement, EndFlexibilityOfAQuarterRingMeetsCastigliano) {
-  // Inextensible in effect (huge area), thin quarter ring of radius R held at one end. In-plane load H
-  // tangential, V radial at the free end; textbook deflections: u_V = pi V R^3/(4 E I) along a load parallel
-  // to the chord's legs: for the load along the clamped end's tangent, (3 pi/4 - 2) R^3/(E I); normal to it
-  // pi/4.
-  Body body = testing::wire_along(circular_arc(0.5 * std::numbers::pi * 0.3, 0.5 * std::numbers::pi));
-  body.section.area = 1e3;
   const double radius = 0.3;
+  Body body = testing::wire_along(circular_arc(0.5 * std::numbers::pi * radius, 0.5 * std::numbers::pi));
   const Matrix12 k = beam_element(body, 0.0, body.centreline.length()).stiffness;
-  const Eigen::Matrix<double, 6, 6> flexibility = k.bottomRightCorner<6, 6>().inverse();
-  const double unit = std::pow(radius, 3) / body.section.second_moment;
-  // A single element turning 90 degrees: four Gauss points leave some 1e-7.
-  EXPECT_NEAR(flexibility(0, 0), (0.75 * std::numbers::pi - 2.0) * unit, 1e-6 * unit);
-  EXPECT_NEAR(flexibility(1, 1), 0.25 * std::numbers::pi * unit, 1e-6 * unit);
-  EXPECT_NEAR(flexibility(0, 1), -0.5 * unit, 1e-6 * unit);
-  // Out of the plane: pi/4 from bending, (3 pi/4 - 2) from torsion.
-  const double torsion = 2.6 * body.section.second_moment / body.section.torsion_constant;
-  EXPECT_NEAR(flexibility(2, 2), (0.25 * std::numbers::pi + (0.75 * std::numbers::pi - 2.0) * torsion) * unit,
-              1e-6 * unit);
+  // Remainder of four Gauss points for sin^2 over 90 degrees: (pi/2)^9 4!^4/(9 8!^3) 2^7 = 4e-6.
+  expect_quarter_ring(body, radius, k.bottomRightCorner<6, 6>().inverse(), 5e-6);
+  // Six elements of 15 degrees: the remainder is gone, rounding is left.
+  body.end = EndCondition::free;
+  const Model model = assemble(body, 6);
+  const Eigen::MatrixXd inverse = submatrix(model.stiffness, model.free_dof).dense().inverse();
+  expect_quarter_ring(body, radius, inverse.bottomRightCorner<6, 6>(), 1e-9);
 }
 
 TEST(BeamElement, MatricesAreSymmetricAndDefinite) {
@@ -119,7 +128,9 @@ TEST(BeamElement, RigidTranslationCarriesTheElementsMass) {
 }
 
 TEST(BeamElement, RigidRotationCarriesTheMomentOfInertiaOfTheCurve) {
-  for (const Body& body : curved_bodies()) {
+  const std::vector<Body> bodies = curved_bodies();
+  for (std::size_t body_index = 0; body_index < bodies.size(); ++body_index) {
+    const Body& body = bodies[body_index];
     const double s0 = 0.2;
     const double s1 = 0.26;
     const ElementMatrices e = beam_element(body, s0, s1);
@@ -135,8 +146,10 @@ TEST(BeamElement, RigidRotationCarriesTheMomentOfInertiaOfTheCurve) {
       }
       const Vector12 q = rigid_motion(body.centreline.at(s0).position, body.centreline.at(s1).position,
                                       Vector3d::Zero(), Vector3d::Unit(axis));
-      EXPECT_NEAR(q.dot(e.mass * q) / inertia, 1.0,
-                  1e-9);  // four Gauss points over a turn of up to 30 degrees
+      // Gauss quadrature: all but exact on the arcs; on the splines a knot, where r''' jumps, lies in the
+      // element.
+      EXPECT_NEAR(q.dot(e.mass * q) / inertia, 1.0, body_index < 2 ? 1e-11 : 2e-5)
+          << body_index << ", axis " << axis;
     }
   }
 }
