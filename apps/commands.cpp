@@ -38,6 +38,7 @@ void add_commands(CLI::App& app) {
   add_compare(app);
   add_identify(app);
   add_eigen(app);
+  add_simulate(app);
 }
 
 }  // namespace
