@@ -1,32 +1,16 @@
 #include "apps/output_folder.hpp"
 
-#include <csignal>
 #include <cstdlib>
 #include <filesystem>
 #include <vector>
 
 #include "fem/error.hpp"
+#include "ident/signals_held.hpp"
 
 namespace struna::apps {
 namespace {
 
 namespace fs = std::filesystem;
-
-class SignalsHeld {
- public:
-  SignalsHeld() {
-    sigset_t ending;
-    sigemptyset(&ending);
-    for (const int signal : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&ending, signal);
-    pthread_sigmask(SIG_BLOCK, &ending, &before_);
-  }
-  ~SignalsHeld() { pthread_sigmask(SIG_SETMASK, &before_, nullptr); }
-  SignalsHeld(const SignalsHeld&) = delete;
-  SignalsHeld& operator=(const SignalsHeld&) = delete;
-
- private:
-  sigset_t before_{};
-};
 
 /// A folder of a name that nobody has, inside `folder`; gone with all its content at the end of the scope.
 class StagingFolder {
@@ -63,7 +47,7 @@ void remove_empty(const std::vector<fs::path>& folders) {
 }  // namespace
 
 void fill_folder(const std::string& folder, const std::function<void(const std::string& staging)>& write) {
-  const SignalsHeld held;
+  const ident::SignalsHeld held;
   const fs::path target = fs::path(folder).lexically_normal();
   const std::vector<fs::path> made = missing_folders(target);
   try {

@@ -9,6 +9,7 @@
 #include <fstream>
 
 #include "fem/error.hpp"
+#include "ident/signals_held.hpp"
 
 namespace struna::ident {
 namespace {
@@ -40,6 +41,7 @@ void write_atomically(const std::string& path, std::string_view content) {
 
   const fs::path part =
       target.parent_path() / fmt::format(".{}.{}.part", target.filename().string(), ::getpid());
+  const SignalsHeld held;
   try {
     write_plainly(part, path, content);
   } catch (...) {
