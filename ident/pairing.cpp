@@ -52,9 +52,13 @@ double objective(const std::vector<double>& x, std::vector<double>&, void* data)
 /// Runs NLopt; every evaluation is kept in `search`, so that a stop for rounding loses nothing.
 void run(nlopt::algorithm algorithm, Search& search, const PairingOptions& options, std::vector<double> start,
          const std::vector<double>& step, int evaluations) {
+  const std::vector<double> lower = {std::log(options.modulus_lo), options.slope_lo};
+  const std::vector<double> upper = {std::log(options.modulus_hi), options.slope_hi};
+  // DIRECT's own arithmetic can land a rounding error outside the box, which NLopt refuses as a start.
+  for (std::size_t k = 0; k < start.size(); ++k) start[k] = std::clamp(start[k], lower[k], upper[k]);
   nlopt::opt optimiser(algorithm, 2);
-  optimiser.set_lower_bounds({std::log(options.modulus_lo), options.slope_lo});
-  optimiser.set_upper_bounds({std::log(options.modulus_hi), options.slope_hi});
+  optimiser.set_lower_bounds(lower);
+  optimiser.set_upper_bounds(upper);
   optimiser.set_min_objective(objective, &search);
   optimiser.set_maxeval(evaluations);
   optimiser.set_xtol_abs(std::vector<double>{1e-5, 1e-5});

@@ -14,10 +14,10 @@ namespace struna::ident {
 struct FitOptions {
   std::string
       modulus_law;  ///< "", "constant", "power", "fractional_zener", "monotone_spline": "" lets AICc choose
-  std::string loss_factor_law;
+  std::string loss_factor_law = {};
   double band_lo_hz = 0.0;
   double band_hi_hz = 0.0;
-  PairingOptions pairing;
+  PairingOptions pairing = {};
   double modulus_floor =
       1e-3;  ///< relative modelling error (mesh, geometry) added in square to every sigma of E
   double loss_factor_floor = 1e-2;  ///< the same for eta (leakage, dispersion)
