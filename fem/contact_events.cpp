@@ -21,8 +21,8 @@ struct Decider {
   }
 };
 
-/// First zero in (from, to), given that the function is positive at `to`: Illinois' regula falsi. `from` when it is
-/// positive there as well.
+/// First zero in (from, to), given that the function is positive at `to`: Illinois' regula falsi. `from` when
+/// it is positive there as well.
 double rising_zero(const PenetrationPath& path, const Decider& decider, double from, double to) {
   double lo = from;
   double hi = to;
@@ -108,7 +108,8 @@ double PenetrationPath::at(double t) const {
 double PenetrationPath::rate_at(double t) const {
   const double x = t / step;
   const double y = 1.0 - x;
-  return 6.0 * x * y * (end - start) / step + start_rate * y * (1.0 - 3.0 * x) + end_rate * x * (3.0 * x - 2.0);
+  return 6.0 * x * y * (end - start) / step + start_rate * y * (1.0 - 3.0 * x) +
+         end_rate * x * (3.0 * x - 2.0);
 }
 
 double PenetrationPath::curvature_at(double t) const {
@@ -118,7 +119,8 @@ double PenetrationPath::curvature_at(double t) const {
          step;
 }
 
-PathEvent first_event(const PenetrationPath& path, ContactPhase phase, const ContactForceLaw& law, double horizon) {
+PathEvent first_event(const PenetrationPath& path, ContactPhase phase, const ContactForceLaw& law,
+                      double horizon) {
   using Kind = ContactEvent::Kind;
   if (phase == ContactPhase::open) return {touch_time(path, horizon), Kind::touch};
   PathEvent best{never};
@@ -127,8 +129,9 @@ PathEvent first_event(const PenetrationPath& path, ContactPhase phase, const Con
     if (time < best.time) best = {time, decider.kind};
   };
   const bool damped = law.damping > 0.0;
-  const bool releases_at_zero_gap = phase == ContactPhase::unloading || phase == ContactPhase::idle ||
-                                    (phase == ContactPhase::pushing && (!damped || law.kind == ContactLaw::hunt_crossley));
+  const bool releases_at_zero_gap =
+      phase == ContactPhase::unloading || phase == ContactPhase::idle ||
+      (phase == ContactPhase::pushing && (!damped || law.kind == ContactLaw::hunt_crossley));
   if (releases_at_zero_gap) watch({-1.0, 0.0, 0.0, Kind::open});
   if (phase == ContactPhase::loading) watch({0.0, -1.0, 0.0, Kind::approach_ends});
   if (phase == ContactPhase::unloading && damped) watch({0.0, 1.0, 0.0, Kind::approach_resumes});
@@ -143,12 +146,17 @@ ContactPhase phase_after(ContactEvent::Kind kind, const ContactForceLaw& law, do
     case Kind::touch:
       if (law.kind != ContactLaw::approach) return ContactPhase::pushing;
       return law.damping > 0.0 && rate > 0.0 ? ContactPhase::loading : ContactPhase::unloading;
-    case Kind::approach_ends: return ContactPhase::unloading;
-    case Kind::approach_resumes: return ContactPhase::loading;
-    case Kind::force_ends: return ContactPhase::idle;
-    case Kind::force_resumes: return ContactPhase::pushing;
+    case Kind::approach_ends:
+      return ContactPhase::unloading;
+    case Kind::approach_resumes:
+      return ContactPhase::loading;
+    case Kind::force_ends:
+      return ContactPhase::idle;
+    case Kind::force_resumes:
+      return ContactPhase::pushing;
     case Kind::open:
-    case Kind::impact: return ContactPhase::open;
+    case Kind::impact:
+      return ContactPhase::open;
   }
   return ContactPhase::open;
 }

@@ -22,9 +22,10 @@ struct PathEvent {
   ContactEvent::Kind kind = ContactEvent::Kind::touch;
 };
 
-/// The first event that is due by `horizon`, the end of the step or a little beyond it (the cubic continued). A point that is open
-/// may also touch and leave again within the step.
-PathEvent first_event(const PenetrationPath& path, ContactPhase phase, const ContactForceLaw& law, double horizon);
+/// The first event that is due by `horizon`, the end of the step or a little beyond it (the cubic continued).
+/// A point that is open may also touch and leave again within the step.
+PathEvent first_event(const PenetrationPath& path, ContactPhase phase, const ContactForceLaw& law,
+                      double horizon);
 
 /// The phase that an event leads to, for penetration rate `rate`.
 ContactPhase phase_after(ContactEvent::Kind kind, const ContactForceLaw& law, double rate);

@@ -12,7 +12,8 @@ namespace struna::fem {
 namespace {
 
 /// Two unit vectors that make a right-handed frame with the unit tangent, without the curve's own normal:
-/// the coordinate axis least along the tangent, made orthogonal. Coordinate axes stay what they are on a straight wire.
+/// the coordinate axis least along the tangent, made orthogonal. Coordinate axes stay what they are on a
+/// straight wire.
 Eigen::Matrix<double, 3, 2> axes_normal_to(const Eigen::Vector3d& tangent) {
   // Prefer y over z over x when they tie, so that the first axis of a wire along x is y.
   const double slack = 1e-6;
@@ -128,8 +129,8 @@ std::vector<ContactPair> contact_pairs(const Model& inside, const Model& outside
     if (!outside_s) continue;
     pair.outside_arc_length = *outside_s;
     pair.plane_axes = axes_normal_to(at.tangent);
-    pair.rest_offset = pair.plane_axes.transpose() *
-                       (at.position - outside.body.centreline.at(*outside_s).position);
+    pair.rest_offset =
+        pair.plane_axes.transpose() * (at.position - outside.body.centreline.at(*outside_s).position);
     pair.inside_weights = node_weights(inside, pair.node, pair.plane_axes);
     pair.outside_weights = displacement_weights(outside, *outside_s, pair.plane_axes);
     if (held_in_translation(inside, pair.inside_weights) &&

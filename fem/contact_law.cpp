@@ -44,11 +44,13 @@ double contact_force(const ContactForceLaw& law, double penetration, double rate
   if (penetration <= 0.0) return 0.0;
   const double spring = law.stiffness * penetration;
   switch (law.kind) {
-    case ContactLaw::approach: return spring + law.damping * std::max(rate, 0.0);
+    case ContactLaw::approach:
+      return spring + law.damping * std::max(rate, 0.0);
     case ContactLaw::hunt_crossley:
       return std::max(0.0, spring + law.damping * penetration / law.damping_length * rate);
     case ContactLaw::no_adhesion:
-    case ContactLaw::hard_stop: return std::max(0.0, spring + law.damping * rate);
+    case ContactLaw::hard_stop:
+      return std::max(0.0, spring + law.damping * rate);
   }
   throw Error("contact_force: unknown law");
 }
@@ -60,8 +62,8 @@ double contact_energy(const ContactForceLaw& law, double penetration) {
 double approach_restitution(double damping_ratio) {
   const double z = damping_ratio;
   require(z >= 0.0, "damping ratio", "zero or positive", z);
-  // Compression ends at x' = 0 after the time acos(z)/(s w) with the depth (v/w) exp(-(z/s) acos z); the spring alone
-  // gives all of that depth back. acos(z)/s and acosh(z)/r both tend to 1 at z = 1.
+  // Compression ends at x' = 0 after the time acos(z)/(s w) with the depth (v/w) exp(-(z/s) acos z); the
+  // spring alone gives all of that depth back. acos(z)/s and acosh(z)/r both tend to 1 at z = 1.
   if (std::abs(z - 1.0) < 1e-8) return std::exp(-1.0);
   if (z < 1.0) return std::exp(-z / std::sqrt(1.0 - z * z) * std::acos(z));
   return std::exp(-z / std::sqrt(z * z - 1.0) * std::acosh(z));

@@ -50,7 +50,8 @@ void mean_direction(ClosedContact& c, int dimension) {
 }
 
 /// a . W_ij b for the block of contacts i and j.
-double block(const RowMatrix& w, int dimension, std::size_t i, std::size_t j, const double* a, const double* b) {
+double block(const RowMatrix& w, int dimension, std::size_t i, std::size_t j, const double* a,
+             const double* b) {
   double sum = 0.0;
   for (int r = 0; r < dimension; ++r) {
     for (int s = 0; s < dimension; ++s) {
@@ -90,7 +91,8 @@ void ContactSolver::move(std::vector<ClosedContact>& contacts, int dimension, co
       double offset = free_[row];
       for (std::size_t j = 0; j < n; ++j) {
         for (int s = 0; s < dimension; ++s) {
-          offset -= w(row, static_cast<int>(j) * dimension + s) * contacts[j].direction[s] * contacts[j].force;
+          offset -=
+              w(row, static_cast<int>(j) * dimension + s) * contacts[j].direction[s] * contacts[j].force;
         }
       }
       c.end_offset[r] = offset;
@@ -115,7 +117,8 @@ void ContactSolver::eliminate(int n) {
   }
 }
 
-bool ContactSolver::solve(std::vector<ClosedContact>& contacts, int dimension, const RowMatrix& w, double step) {
+bool ContactSolver::solve(std::vector<ClosedContact>& contacts, int dimension, const RowMatrix& w,
+                          double step) {
   const std::size_t n = contacts.size();
   for (std::size_t i = 0; i < n; ++i) {
     std::copy_n(contacts[i].end_offset, dimension, &free_[i * dimension]);

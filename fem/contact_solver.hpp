@@ -7,8 +7,8 @@
 
 namespace struna::fem {
 
-/// What a contact point does between two events. approach: loading while it approaches, unloading after; the other laws:
-/// pushing, and idle where the gap is closed but the law would pull.
+/// What a contact point does between two events. approach: loading while it approaches, unloading after; the
+/// other laws: pushing, and idle where the gap is closed but the law would pull.
 enum class ContactPhase : char { open, loading, unloading, pushing, idle };
 
 /// Whether a force acts in the phase.
@@ -28,24 +28,26 @@ struct ClosedContact {
   double gap = 0.0;
   double start_offset[2] = {};
   double start_penetration = 0.0;
-  double end_offset[2] = {};      ///< in: without contact; out: with it
+  double end_offset[2] = {};  ///< in: without contact; out: with it
   double end_penetration = 0.0;
-  double force = 0.0;             ///< in: a guess; out: the constant force of the step [N]
-  double direction[2] = {};       ///< -(force on the inside body)/|force|
+  double force = 0.0;               ///< in: a guess; out: the constant force of the step [N]
+  double direction[2] = {};         ///< -(force on the inside body)/|force|
   double normal_flexibility = 0.0;  ///< direction . W direction [m/N]
 };
 
 /// The constant forces of one step, condensed to the closed contacts:
 ///   h1 = h_free - W n F,   F = law over the step's mean,   n = (h0 + h1)/(|h0| + |h1|)
-/// by Newton with the directions following. The discrete gradient: F n . (h1 - h0) is the change of the contact's energy
-/// plus its heat, to rounding (Gonzalez, J. Nonlinear Sci. 6 (1996) 449).
+/// by Newton with the directions following. The discrete gradient: F n . (h1 - h0) is the change of the
+/// contact's energy plus its heat, to rounding (Gonzalez, J. Nonlinear Sci. 6 (1996) 449).
 class ContactSolver {
  public:
   /// Reserves for `points` contacts.
   void reserve(int points, int dimension);
-  /// `w`: flexibility of the closed contacts' components, (contacts x dimension) square. False: not converged.
+  /// `w`: flexibility of the closed contacts' components, (contacts x dimension) square. False: not
+  /// converged.
   bool solve(std::vector<ClosedContact>& contacts, int dimension, const RowMatrix& w, double step);
-  /// Static equilibrium: F = k g1 along h1/|h1| where g1 > 0, else 0; `contacts` are all points that may close.
+  /// Static equilibrium: F = k g1 along h1/|h1| where g1 > 0, else 0; `contacts` are all points that may
+  /// close.
   bool settle(std::vector<ClosedContact>& contacts, int dimension, const RowMatrix& w);
 
  private:

@@ -28,9 +28,9 @@ struct StepTable {
 /// Everything known at one instant.
 struct Instant {
   PoleState z;
-  Eigen::VectorXd q, v;        ///< modal
-  Eigen::VectorXd offset;      ///< h, point-major
-  Eigen::VectorXd penetration; ///< g
+  Eigen::VectorXd q, v;         ///< modal
+  Eigen::VectorXd offset;       ///< h, point-major
+  Eigen::VectorXd penetration;  ///< g
   MotionSample motion;
 };
 
@@ -103,23 +103,23 @@ class ModalStepper::State {
   StepTable cut_;
   Instant next_;
   std::vector<ContactPhase> phase_;
-  std::vector<double> last_rate_;     ///< secant rate of g over the last step: says which points need a look
+  std::vector<double> last_rate_;  ///< secant rate of g over the last step: says which points need a look
   std::vector<double> last_impact_;
   std::vector<ClosedContact> closed_;
   ContactSolver solver_;
   RowMatrix closed_flexibility_, closed_rows_, scaled_rows_;
-  Eigen::VectorXd point_force_;       ///< on the components, now: the static deflection follows it
+  Eigen::VectorXd point_force_;  ///< on the components, now: the static deflection follows it
   Eigen::VectorXd next_point_force_;
   Eigen::ArrayXd mean_, slope_, contact_load_;
   EnergyLedger energy_;
   bool drives_[3] = {};
-  int tries_ = 0;                     ///< of locate
-  int stalled_ = 0;                   ///< events in a row without a step between
-  bool frozen_ = false;               ///< one step without event search, after a stall
+  int tries_ = 0;        ///< of locate
+  int stalled_ = 0;      ///< events in a row without a step between
+  bool frozen_ = false;  ///< one step without event search, after a stall
 };
 
-ModalStepper::State::State(std::vector<ModalBody> bodies, std::vector<ContactPoint> points, PrescribedMotion motion,
-                           const ModalSteppingOptions& options)
+ModalStepper::State::State(std::vector<ModalBody> bodies, std::vector<ContactPoint> points,
+                           PrescribedMotion motion, const ModalSteppingOptions& options)
     : bodies_(std::move(bodies)),
       points_(std::move(points)),
       motion_(std::move(motion)),
@@ -151,7 +151,8 @@ int ModalStepper::State::check_point(int point) const {
   return point;
 }
 
-// ---- states ------------------------------------------------------------------------------------------------------
+// ---- states
+// ------------------------------------------------------------------------------------------------------
 
 void ModalStepper::State::store_state() {
   for (std::size_t k = 0; k < system_.pole_origin.size(); ++k) {
@@ -195,7 +196,8 @@ void ModalStepper::State::prepare() {
   report_.static_modes = static_cast<int>(system_.static_origin.size());
   report_.idle_modes = system_.idle_modes;
   report_.planar = system_.dimension == 1;
-  control_.set_lowest_pole(n > 0 ? (system_.poles.re.square() + system_.poles.im.square()).sqrt().minCoeff() : 0.0);
+  control_.set_lowest_pole(n > 0 ? (system_.poles.re.square() + system_.poles.im.square()).sqrt().minCoeff()
+                                 : 0.0);
   refresh(now_, time_);
   for (int i = 0; i < point_count(); ++i) {
     phase_[i] = phase_of(points_[i].law, now_.penetration[i], rate(now_, i));
@@ -209,7 +211,8 @@ void ModalStepper::State::prepare() {
 
 void ModalStepper::State::refresh(Instant& instant, double time) {
   instant.motion = motion_(time);
-  if (!finite(instant.motion)) throw Error(fmt::format("ModalStepper: the motion at t = {} s is not finite", time));
+  if (!finite(instant.motion))
+    throw Error(fmt::format("ModalStepper: the motion at t = {} s is not finite", time));
   modal_displacement(system_.poles, instant.z, instant.q);
   modal_velocity(system_.poles, instant.z, instant.v);
   instant.offset.noalias() = system_.rows * instant.q;
@@ -225,7 +228,8 @@ void ModalStepper::State::set_geometry(Instant& instant) {
   }
 }
 
-void ModalStepper::State::set_state(int body, const Eigen::VectorXd& displacement, const Eigen::VectorXd& velocity) {
+void ModalStepper::State::set_state(int body, const Eigen::VectorXd& displacement,
+                                    const Eigen::VectorXd& velocity) {
   const PoleSystem& poles = bodies_[check_body(body)].poles;
   if (displacement.size() != poles.modes || velocity.size() != poles.modes) {
     throw Error(fmt::format("set_state: body {} has {} modes, got {} displacements and {} velocities", body,
@@ -272,7 +276,9 @@ void ModalStepper::State::settle() {
     closed_.push_back(c);
   }
   if (!solver_.settle(closed_, d, w)) {
-    throw Error("settle: the static equilibrium with contact was not found; start from rest without gravity, or soften the contact");
+    throw Error(
+        "settle: the static equilibrium with contact was not found; start from rest without gravity, or "
+        "soften the contact");
   }
   point_force_.setZero();
   for (const ClosedContact& c : closed_) {
@@ -297,7 +303,8 @@ void ModalStepper::State::settle() {
   energy_.initial = start.kinetic + start.strain + start.contact_stored;
 }
 
-// ---- geometry and flexibility ------------------------------------------------------------------------------------
+// ---- geometry and flexibility
+// ------------------------------------------------------------------------------------
 
 double ModalStepper::State::direction(const Instant& instant, int point, int component) const {
   if (points_[point].shape == StopShape::wall) return component == 0 ? 1.0 : 0.0;
@@ -353,7 +360,8 @@ void ModalStepper::State::closed_flexibility(const StepTable& table) {
     return;
   }
   closed_rows_.resize(n * d, system_.poles.modes);
-  for (int i = 0; i < n; ++i) closed_rows_.middleRows(i * d, d) = system_.rows.middleRows(closed_[i].point * d, d);
+  for (int i = 0; i < n; ++i)
+    closed_rows_.middleRows(i * d, d) = system_.rows.middleRows(closed_[i].point * d, d);
   scaled_rows_ = closed_rows_ * table.coefficients.flexibility.matrix().asDiagonal();
   closed_flexibility_.noalias() = scaled_rows_ * closed_rows_.transpose();
   if (!system_.static_flexibility.size()) return;
@@ -365,10 +373,11 @@ void ModalStepper::State::closed_flexibility(const StepTable& table) {
   }
 }
 
-// ---- one step ----------------------------------------------------------------------------------------------------
+// ---- one step
+// ----------------------------------------------------------------------------------------------------
 
-/// Mean and slope of the modal loads over a step: exact mean and first moment of u'' from u' and u at the ends; u'
-/// and u by the cubic of Hermite.
+/// Mean and slope of the modal loads over a step: exact mean and first moment of u'' from u' and u at the
+/// ends; u' and u by the cubic of Hermite.
 void ModalStepper::State::load_over(double step, const MotionSample& end) {
   const StepLoad load = step_load(now_.motion, end, step);
   mean_ = system_.constant_load;
@@ -419,9 +428,10 @@ void ModalStepper::State::solve_contacts(const StepTable& table) {
   const int d = system_.dimension;
   closed_flexibility(table);
   if (!solver_.solve(closed_, d, closed_flexibility_, c.step)) {
-    throw Error(fmt::format("ModalStepper: contact forces at t = {} s did not converge (step {} s, {} closed contacts); "
-                            "lower the contact stiffness or the step",
-                            time_, c.step, closed_.size()));
+    throw Error(fmt::format(
+        "ModalStepper: contact forces at t = {} s did not converge (step {} s, {} closed contacts); "
+        "lower the contact stiffness or the step",
+        time_, c.step, closed_.size()));
   }
   contact_load_.setZero();
   for (const ClosedContact& contact : closed_) {
@@ -447,8 +457,8 @@ void ModalStepper::State::solve_contacts(const StepTable& table) {
   if (system_.static_flexibility.size()) next_.offset += system_.static_flexibility * next_point_force_;
 }
 
-/// Estimated displacement error of the step: constant instead of linear contact forces, W dF/6 [m] (a free mass
-/// under a force that changes by dF over the step is off by h^2 dF/(12 m), W = h^2/(2 m)).
+/// Estimated displacement error of the step: constant instead of linear contact forces, W dF/6 [m] (a free
+/// mass under a force that changes by dF over the step is off by h^2 dF/(12 m), W = h^2/(2 m)).
 double ModalStepper::State::contact_error() const {
   double worst = 0.0;
   for (const ClosedContact& c : closed_) {
@@ -501,19 +511,21 @@ void ModalStepper::State::accept(const StepTable& table, double end_time, bool c
   }
 }
 
-// ---- events ------------------------------------------------------------------------------------------------------
+// ---- events
+// ------------------------------------------------------------------------------------------------------
 
 PathEvent ModalStepper::State::event_of(const Instant& start, const Instant& end, int point, double step,
                                         double horizon) {
   const double g0 = start.penetration[point];
   const double g1 = end.penetration[point];
   const bool open = phase_[point] == ContactPhase::open;
-  // Of the open points only those are looked at closely that could reach the wall within the step at several times
-  // their pace.
+  // In the short steps of contact, only those open points are looked at closely that could reach the wall
+  // within the step at several times their pace.
   const double pace = std::max(std::abs(g1 - g0), step * std::abs(last_rate_[point]));
-  if (open && std::max(g0, g1) + 4.0 * pace < 0.0) return {never};
+  if (open && !closed_.empty() && std::max(g0, g1) + 4.0 * pace < 0.0) return {never};
   const PenetrationPath path{step, g0, rate(start, point), g1, rate(end, point)};
   if (open) control_.see_path(path);
+  if (phase_[point] == ContactPhase::idle) control_.see_idle(path, points_[point].law);
   return first_event(path, phase_[point], points_[point].law, horizon);
 }
 
@@ -530,8 +542,8 @@ PathEvent ModalStepper::State::earliest_event(double step, int& point) {
   return best;
 }
 
-/// Shortens the step until it ends at its first event, to the slack. Returns its length, the attempt standing in next_; or 0 when the
-/// event is due at once.
+/// Shortens the step until it ends at its first event, to the slack. Returns its length, the attempt standing
+/// in next_; or 0 when the event is due at once.
 double ModalStepper::State::locate(double step, PathEvent event, int& point, double target) {
   const double slack = control_.event_slack();
   constexpr int newton_tries = 8;  // bisection afterwards
@@ -606,10 +618,11 @@ void ModalStepper::State::fire_due(double step) {
 }
 
 bool ModalStepper::State::in_contact() const {
-  return std::any_of(phase_.begin(), phase_.end(), [](ContactPhase p) { return transmits(p); });
+  return std::any_of(phase_.begin(), phase_.end(), [](ContactPhase p) { return p != ContactPhase::open; });
 }
 
-// ---- the loop ----------------------------------------------------------------------------------------------------
+// ---- the loop
+// ----------------------------------------------------------------------------------------------------
 
 void ModalStepper::State::step_toward(double target) {
   const bool contact = in_contact();
@@ -662,7 +675,8 @@ void ModalStepper::State::advance(double time) {
   while (time_ < time) step_toward(time);
 }
 
-// ---- what can be read --------------------------------------------------------------------------------------------
+// ---- what can be read
+// --------------------------------------------------------------------------------------------
 
 Eigen::VectorXd ModalStepper::State::per_body(int body, const Eigen::VectorXd& stepped) const {
   Eigen::VectorXd out = Eigen::VectorXd::Zero(bodies_[check_body(body)].poles.modes);
@@ -725,10 +739,11 @@ EnergyLedger ModalStepper::State::energy() const {
   return energy;
 }
 
-// ---- the public face ---------------------------------------------------------------------------------------------
+// ---- the public face
+// ---------------------------------------------------------------------------------------------
 
-ModalStepper::ModalStepper(std::vector<ModalBody> bodies, std::vector<ContactPoint> points, PrescribedMotion motion,
-                           const ModalSteppingOptions& options)
+ModalStepper::ModalStepper(std::vector<ModalBody> bodies, std::vector<ContactPoint> points,
+                           PrescribedMotion motion, const ModalSteppingOptions& options)
     : state_(std::make_unique<State>(std::move(bodies), std::move(points), std::move(motion), options)) {}
 ModalStepper::~ModalStepper() = default;
 ModalStepper::ModalStepper(ModalStepper&&) noexcept = default;
@@ -737,19 +752,41 @@ ModalStepper& ModalStepper::operator=(ModalStepper&&) noexcept = default;
 void ModalStepper::set_state(int body, const Eigen::VectorXd& displacement, const Eigen::VectorXd& velocity) {
   state_->set_state(body, displacement, velocity);
 }
-void ModalStepper::settle() { state_->settle(); }
-void ModalStepper::advance(double time) { state_->advance(time); }
-double ModalStepper::time() const { return state_->time_; }
-Eigen::VectorXd ModalStepper::displacement(int body) const { return state_->displacement(body); }
-Eigen::VectorXd ModalStepper::velocity(int body) const { return state_->velocity(body); }
-Eigen::VectorXd ModalStepper::internal_force(int body) const { return state_->internal_force(body); }
+void ModalStepper::settle() {
+  state_->settle();
+}
+void ModalStepper::advance(double time) {
+  state_->advance(time);
+}
+double ModalStepper::time() const {
+  return state_->time_;
+}
+Eigen::VectorXd ModalStepper::displacement(int body) const {
+  return state_->displacement(body);
+}
+Eigen::VectorXd ModalStepper::velocity(int body) const {
+  return state_->velocity(body);
+}
+Eigen::VectorXd ModalStepper::internal_force(int body) const {
+  return state_->internal_force(body);
+}
 double ModalStepper::penetration(int point) const {
   return state_->now_.penetration[state_->check_point(point)];
 }
-double ModalStepper::force(int point) const { return state_->force_[state_->check_point(point)]; }
-Eigen::Vector2d ModalStepper::offset(int point) const { return state_->offset(point); }
-const std::vector<ContactEvent>& ModalStepper::events() const { return state_->events_; }
-const StepReport& ModalStepper::report() const { return state_->report_; }
-EnergyLedger ModalStepper::energy() const { return state_->energy(); }
+double ModalStepper::force(int point) const {
+  return state_->force_[state_->check_point(point)];
+}
+Eigen::Vector2d ModalStepper::offset(int point) const {
+  return state_->offset(point);
+}
+const std::vector<ContactEvent>& ModalStepper::events() const {
+  return state_->events_;
+}
+const StepReport& ModalStepper::report() const {
+  return state_->report_;
+}
+EnergyLedger ModalStepper::energy() const {
+  return state_->energy();
+}
 
 }  // namespace struna::fem

@@ -40,8 +40,8 @@ double coupling(const Span& span, const Eigen::Vector2d& row) {
   return span.dimension == 0 ? 0.0 : span.dimension == 1 ? std::abs(row.dot(span.line)) : row.norm();
 }
 
-/// What moves: starting from loads and initial states, contact forces along the directions in which points move
-/// excite further modes, until nothing is added.
+/// What moves: starting from loads and initial states, contact forces along the directions in which points
+/// move excite further modes, until nothing is added.
 struct Spread {
   std::vector<std::vector<char>> active;
   std::vector<Span> span;
@@ -54,7 +54,7 @@ const Eigen::MatrixX2d* rows_of(const ContactPoint& point, int body) {
 }
 
 Spread spread_excitation(const std::vector<ModalBody>& bodies, const std::vector<ContactPoint>& points,
-                             const std::vector<std::vector<char>>& moving) {
+                         const std::vector<std::vector<char>>& moving) {
   Spread found{moving, std::vector<Span>(points.size())};
   for (std::size_t b = 0; b < bodies.size(); ++b) {
     const ModalBody& body = bodies[b];
@@ -147,19 +147,6 @@ RowMatrix contact_rows(const ModalSystem& system, const std::vector<ContactPoint
   return rows;
 }
 
-void append_mode(ModalSystem& system, const std::vector<ModalBody>& bodies, const ModalOrigin& origin, int begin,
-                 int end, std::vector<std::complex<double>>& pole, std::vector<std::complex<double>>& residue) {
-  const PoleSystem& poles = bodies[origin.body].poles;
-  const int mode = static_cast<int>(system.mode_origin.size());
-  system.mode_origin.push_back(origin);
-  for (int k = begin; k < end; ++k) {
-    pole.push_back(poles.pole[k]);
-    residue.push_back(poles.residue[k]);
-    system.poles.mode.push_back(mode);
-    system.pole_origin.push_back({origin.body, k});
-  }
-}
-
 bool single_pole(const PoleSystem& poles, int begin, int end) {
   return end - begin == 1 && poles.pole[begin].imag() != 0.0;
 }
@@ -168,6 +155,23 @@ bool single_pole(const PoleSystem& poles, int begin, int end) {
 bool is_viscoelastic(const PoleSystem& poles, int begin, int end) {
   if (end - begin == 2) return poles.pole[begin].imag() != 0.0 || poles.pole[begin + 1].imag() != 0.0;
   return !single_pole(poles, begin, end);
+}
+
+void append_mode(ModalSystem& system, const std::vector<ModalBody>& bodies, const ModalOrigin& origin,
+                 int begin, int end, std::vector<std::complex<double>>& pole,
+                 std::vector<std::complex<double>>& residue) {
+  const PoleSystem& poles = bodies[origin.body].poles;
+  const int mode = static_cast<int>(system.mode_origin.size());
+  system.mode_origin.push_back(origin);
+  if (!is_viscoelastic(poles, begin, end) && end - begin == 2) {
+    system.poles.real_pair.push_back(static_cast<int>(pole.size()));
+  }
+  for (int k = begin; k < end; ++k) {
+    pole.push_back(poles.pole[k]);
+    residue.push_back(poles.residue[k]);
+    system.poles.mode.push_back(mode);
+    system.pole_origin.push_back({origin.body, k});
+  }
 }
 
 void fill_modes(ModalSystem& system, const std::vector<ModalBody>& bodies) {
@@ -292,8 +296,8 @@ void validate(const std::vector<ModalBody>& bodies) {
     for (Eigen::Index k = 0; k < n; ++k) {
       const std::complex<double> mu = body.poles.pole[k];
       if (!std::isfinite(mu.real()) || !std::isfinite(mu.imag()) || mu == 0.0 || mu.real() > 0.0) {
-        fail(fmt::format("pole {} must be finite, not zero, with a real part <= 0, got {} + {}i", k, mu.real(),
-                         mu.imag()));
+        fail(fmt::format("pole {} must be finite, not zero, with a real part <= 0, got {} + {}i", k,
+                         mu.real(), mu.imag()));
       }
       const int mode = body.poles.mode[k];
       if (mode < 0 || mode >= body.poles.modes || (k > 0 && mode < body.poles.mode[k - 1])) {

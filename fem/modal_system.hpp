@@ -16,14 +16,14 @@ struct ModalOrigin {
   int index = 0;
 };
 
-/// Bodies and contact points as a ModalStepper computes with them: what is never excited is left out, what is left
-/// to statics is condensed, and where every point moves on a line, one component per point is kept.
+/// Bodies and contact points as a ModalStepper computes with them: what is never excited is left out, what is
+/// left to statics is condensed, and where every point moves on a line, one component per point is kept.
 ///   h (dimension numbers per point) = rest + motion u + rows q + static deflection.
 struct ModalSystem {
   PoleArrays poles;
-  std::vector<ModalOrigin> mode_origin;    ///< per stepped mode
-  std::vector<ModalOrigin> pole_origin;    ///< per stepped pole
-  Eigen::ArrayX3d load;                    ///< per stepped mode, on u, u', u''
+  std::vector<ModalOrigin> mode_origin;  ///< per stepped mode
+  std::vector<ModalOrigin> pole_origin;  ///< per stepped pole
+  Eigen::ArrayX3d load;                  ///< per stepped mode, on u, u', u''
   Eigen::ArrayXd constant_load;
   Eigen::ArrayXd relaxed_stiffness;        ///< per stepped mode [1/s^2]
   std::vector<char> viscoelastic;          ///< per stepped mode: more poles than a viscous one has
@@ -31,16 +31,16 @@ struct ModalSystem {
   Eigen::ArrayXd static_compliance;        ///< their q/p [s^2]
   RowMatrix static_rows;
 
-  int dimension = 2;                       ///< 1: every point moves on its line
-  std::vector<Eigen::Vector2d> line;       ///< its direction in the point's plane (dimension 1)
+  int dimension = 2;                  ///< 1: every point moves on its line
+  std::vector<Eigen::Vector2d> line;  ///< its direction in the point's plane (dimension 1)
   Eigen::VectorXd rest, motion;
-  RowMatrix rows;                          ///< (points x dimension) x modes
-  RowMatrix static_flexibility;            ///< rows x rows [m/N], of the static modes; empty without them
+  RowMatrix rows;                ///< (points x dimension) x modes
+  RowMatrix static_flexibility;  ///< rows x rows [m/N], of the static modes; empty without them
   int idle_modes = 0;
 };
 
-/// `moving` tells, per body and mode, what already moves (an initial state); modes above `highest_mode_hz` (0: none)
-/// are left to statics.
+/// `moving` tells, per body and mode, what already moves (an initial state); modes above `highest_mode_hz`
+/// (0: none) are left to statics.
 ModalSystem modal_system(const std::vector<ModalBody>& bodies, const std::vector<ContactPoint>& points,
                          const std::vector<std::vector<char>>& moving, double highest_mode_hz);
 

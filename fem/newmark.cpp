@@ -56,8 +56,8 @@ struct ScalarContact {
   double g, rate, w, a1;
 };
 
-/// The force that meets the law. The dashpot's jump at touch is a step in the law: where the force would have to
-/// lie inside it, the point ends on the wall (g = 0).
+/// The force that meets the law. The dashpot's jump at touch is a step in the law: where the force would have
+/// to lie inside it, the point ends on the wall (g = 0).
 double scalar_force(const ContactForceLaw& law, const ScalarContact& s) {
   if (s.g <= 0.0) return 0.0;
   const double wall = s.g / s.w;
@@ -153,8 +153,9 @@ NewmarkStepper::State::State(std::vector<NodalBody> bodies, std::vector<ContactP
     const int n = body.mass.size();
     if (n == 0 || body.stiffness.lower.rows() != body.mass.lower.rows() || body.stiffness.size() != n ||
         body.load.rows() != n || (body.constant_load.size() != 0 && body.constant_load.size() != n)) {
-      fail(fmt::format("body {}: mass, stiffness, load and constant_load must have one size, got {}, {}, {} and {}",
-                       b, n, body.stiffness.size(), body.load.rows(), body.constant_load.size()));
+      fail(fmt::format(
+          "body {}: mass, stiffness, load and constant_load must have one size, got {}, {}, {} and {}", b, n,
+          body.stiffness.size(), body.load.rows(), body.constant_load.size()));
     }
     dof.push_back(n);
     now_.push_back({Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(n)});
@@ -162,8 +163,9 @@ NewmarkStepper::State::State(std::vector<NodalBody> bodies, std::vector<ContactP
   validate(points_, dof);
   for (std::size_t i = 0; i < points_.size(); ++i) {
     if (points_[i].law.kind == ContactLaw::hard_stop) {
-      fail(fmt::format("contact point {}: hard_stop needs located impacts; use the modal method, or a stiff no_adhesion",
-                       i));
+      fail(fmt::format(
+          "contact point {}: hard_stop needs located impacts; use the modal method, or a stiff no_adhesion",
+          i));
     }
   }
   next_ = now_;
@@ -207,7 +209,8 @@ NewmarkTable NewmarkStepper::State::make_table(double step) const {
 
 MotionSample NewmarkStepper::State::motion_at(double time) const {
   const MotionSample motion = motion_(time);
-  if (!std::isfinite(motion.displacement) || !std::isfinite(motion.velocity) || !std::isfinite(motion.acceleration)) {
+  if (!std::isfinite(motion.displacement) || !std::isfinite(motion.velocity) ||
+      !std::isfinite(motion.acceleration)) {
     throw Error(fmt::format("NewmarkStepper: the motion at t = {} s is not finite", time));
   }
   return motion;
@@ -252,12 +255,13 @@ void NewmarkStepper::State::measure(const std::vector<BodyState>& state, const M
   }
 }
 
-void NewmarkStepper::State::set_state(int body, const Eigen::VectorXd& displacement, const Eigen::VectorXd& velocity) {
+void NewmarkStepper::State::set_state(int body, const Eigen::VectorXd& displacement,
+                                      const Eigen::VectorXd& velocity) {
   BodyState& state = now_[check_body(body)];
-  if (displacement.size() != state.x.size() || velocity.size() != state.x.size() || !displacement.allFinite() ||
-      !velocity.allFinite()) {
-    throw Error(fmt::format("set_state: body {} needs {} finite displacements and velocities, got {} and {}", body,
-                            state.x.size(), displacement.size(), velocity.size()));
+  if (displacement.size() != state.x.size() || velocity.size() != state.x.size() ||
+      !displacement.allFinite() || !velocity.allFinite()) {
+    throw Error(fmt::format("set_state: body {} needs {} finite displacements and velocities, got {} and {}",
+                            body, state.x.size(), displacement.size(), velocity.size()));
   }
   state.x = displacement;
   state.v = velocity;
@@ -366,8 +370,9 @@ void NewmarkStepper::State::free_step(const NewmarkTable& table, double end_time
   }
 }
 
-/// Forces at the end of the step by Gauss-Seidel over the points; each point's own law is met exactly, so the jump of the
-/// dashpot at touch does no harm. The flexibility is positive definite and the laws rise with penetration: it converges.
+/// Forces at the end of the step by Gauss-Seidel over the points; each point's own law is met exactly, so the
+/// jump of the dashpot at touch does no harm. The flexibility is positive definite and the laws rise with
+/// penetration: it converges.
 void NewmarkStepper::State::solve_contacts(const NewmarkTable& table) {
   const RowMatrix& w = table.flexibility;
   const double a1 = table.constants.a1;
@@ -383,13 +388,15 @@ void NewmarkStepper::State::solve_contacts(const NewmarkTable& table) {
       const ContactPoint& point = points_[i];
       const double size = contact_distance(point.shape, &trial_[2 * i], 2);
       if (force_[i] == 0.0 && size <= point.gap) continue;
-      const Eigen::Vector2d n = point.shape == StopShape::wall ? Eigen::Vector2d(Eigen::Vector2d::UnitX())
-                                                               : Eigen::Vector2d(trial_.segment<2>(2 * i) / size);
+      const Eigen::Vector2d n = point.shape == StopShape::wall
+                                    ? Eigen::Vector2d(Eigen::Vector2d::UnitX())
+                                    : Eigen::Vector2d(trial_.segment<2>(2 * i) / size);
       // The point with its own force taken away, to first order along its present normal.
       const Eigen::Vector2d own = contact_.segment<2>(2 * i);
       const Eigen::Matrix2d w_own = w.block<2, 2>(2 * i, 2 * i);
       const ScalarContact scalar{size - point.gap - n.dot(w_own * own),
-                                 n.dot(trial_rate_.segment<2>(2 * i) - a1 * (w_own * own)), n.dot(w_own * n), a1};
+                                 n.dot(trial_rate_.segment<2>(2 * i) - a1 * (w_own * own)), n.dot(w_own * n),
+                                 a1};
       force_[i] = scalar_force(point.law, scalar);
       const Eigen::Vector2d update = -force_[i] * n - own;
       contact_.segment<2>(2 * i) += update;
@@ -403,7 +410,8 @@ void NewmarkStepper::State::solve_contacts(const NewmarkTable& table) {
     }
     if (change <= 1e-12 * largest) return;
   }
-  throw Error(fmt::format("NewmarkStepper: contact forces at t = {} s did not converge; lower the step", time_));
+  throw Error(
+      fmt::format("NewmarkStepper: contact forces at t = {} s did not converge; lower the step", time_));
 }
 
 void NewmarkStepper::State::finish_step(const NewmarkTable& table) {
@@ -499,25 +507,40 @@ NewmarkStepper::~NewmarkStepper() = default;
 NewmarkStepper::NewmarkStepper(NewmarkStepper&&) noexcept = default;
 NewmarkStepper& NewmarkStepper::operator=(NewmarkStepper&&) noexcept = default;
 
-void NewmarkStepper::set_state(int body, const Eigen::VectorXd& displacement, const Eigen::VectorXd& velocity) {
+void NewmarkStepper::set_state(int body, const Eigen::VectorXd& displacement,
+                               const Eigen::VectorXd& velocity) {
   state_->set_state(body, displacement, velocity);
 }
-void NewmarkStepper::settle() { state_->settle(); }
-void NewmarkStepper::advance(double time) { state_->advance(time); }
-double NewmarkStepper::time() const { return state_->time_; }
+void NewmarkStepper::settle() {
+  state_->settle();
+}
+void NewmarkStepper::advance(double time) {
+  state_->advance(time);
+}
+double NewmarkStepper::time() const {
+  return state_->time_;
+}
 const Eigen::VectorXd& NewmarkStepper::displacement(int body) const {
   return state_->now_[state_->check_body(body)].x;
 }
-const Eigen::VectorXd& NewmarkStepper::velocity(int body) const { return state_->now_[state_->check_body(body)].v; }
+const Eigen::VectorXd& NewmarkStepper::velocity(int body) const {
+  return state_->now_[state_->check_body(body)].v;
+}
 const Eigen::VectorXd& NewmarkStepper::acceleration(int body) const {
   return state_->now_[state_->check_body(body)].a;
 }
-double NewmarkStepper::penetration(int point) const { return state_->penetration_[state_->check_point(point)]; }
-double NewmarkStepper::force(int point) const { return state_->force_[state_->check_point(point)]; }
+double NewmarkStepper::penetration(int point) const {
+  return state_->penetration_[state_->check_point(point)];
+}
+double NewmarkStepper::force(int point) const {
+  return state_->force_[state_->check_point(point)];
+}
 Eigen::Vector2d NewmarkStepper::offset(int point) const {
   return state_->offset_.segment<2>(2 * state_->check_point(point));
 }
-const StepReport& NewmarkStepper::report() const { return state_->report_; }
+const StepReport& NewmarkStepper::report() const {
+  return state_->report_;
+}
 
 NodalBody nodal_body(const Model& model, double youngs_modulus, const Rayleigh& rayleigh,
                      const std::vector<End>& moved, const Eigen::Vector3d& direction) {
@@ -526,7 +549,8 @@ NodalBody nodal_body(const Model& model, double youngs_modulus, const Rayleigh& 
   for (const End end : moved) carried.segment<3>(first_dof(model, end)) = direction;
   for (const int dof : model.free_dof) {
     if (carried[dof] != 0.0) {
-      throw Error(fmt::format("nodal_body: the moved support of '{}' must be held (clamped or pinned)", model.body.name));
+      throw Error(fmt::format("nodal_body: the moved support of '{}' must be held (clamped or pinned)",
+                              model.body.name));
     }
   }
   const Eigen::VectorXd inertia = multiply(model.mass, carried);

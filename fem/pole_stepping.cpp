@@ -27,7 +27,9 @@ Phi phi_functions(Complex x) {
   return {1.0 + x * (1.0 + x * two), 1.0 + x * two, two};
 }
 
-double real_phi_one(double x) { return std::abs(x) < 1e-300 ? 1.0 : std::expm1(x) / x; }
+double real_phi_one(double x) {
+  return std::abs(x) < 1e-300 ? 1.0 : std::expm1(x) / x;
+}
 
 int pole_end(const PoleArrays& poles, int begin) {
   int end = begin + 1;
@@ -35,28 +37,27 @@ int pole_end(const PoleArrays& poles, int begin) {
   return end;
 }
 
-Complex at(const Eigen::ArrayXd& re, const Eigen::ArrayXd& im, int k) { return {re[k], im[k]}; }
+Complex at(const Eigen::ArrayXd& re, const Eigen::ArrayXd& im, int k) {
+  return {re[k], im[k]};
+}
 
-/// Integral of q'^2 over the step for a mode with two real poles: q' = w1 + w2, w_k = A_k exp(mu_k t) - kappa_k.
-double real_pair_velocity_square(const PoleArrays& poles, int k, double step, double load_start, double slope,
-                                 const PoleState& from) {
-  double amplitude[2], offset[2], integral[2];
-  for (int j = 0; j < 2; ++j) {
-    const double mu = poles.re[k + j];
-    const double residue = poles.residue_re[k + j];
-    offset[j] = residue * slope / (step * mu);
-    amplitude[j] = mu * from.re[k + j] + residue * load_start + offset[j];
-    integral[j] = step * real_phi_one(mu * step);
-  }
-  double sum = 0.0;
-  for (int i = 0; i < 2; ++i) {
-    for (int j = 0; j < 2; ++j) {
-      const double both = step * real_phi_one((poles.re[k + i] + poles.re[k + j]) * step);
-      sum += amplitude[i] * amplitude[j] * both - 2.0 * amplitude[i] * offset[j] * integral[i] +
-             offset[i] * offset[j] * step;
-    }
-  }
-  return sum;
+StepCoefficients::RealPair real_pair_integrals(double mu_one, double mu_two, double h) {
+  const auto integral = [h](double mu) { return h * real_phi_one(mu * h); };
+  return {integral(mu_one), integral(mu_two), integral(2.0 * mu_one), integral(mu_one + mu_two),
+          integral(2.0 * mu_two)};
+}
+
+/// Integral of q'^2 over the step for a mode with two real poles: q' = w1 + w2, w_k = A_k exp(mu_k t) -
+/// kappa_k.
+double real_pair_velocity_square(const PoleArrays& poles, int k, const StepCoefficients::RealPair& integral,
+                                 double step, double load_start, double slope, const PoleState& from) {
+  const double kappa_one = poles.ratio_re[k] * slope / step;
+  const double kappa_two = poles.ratio_re[k + 1] * slope / step;
+  const double one = poles.re[k] * from.re[k] + poles.residue_re[k] * load_start + kappa_one;
+  const double two = poles.re[k + 1] * from.re[k + 1] + poles.residue_re[k + 1] * load_start + kappa_two;
+  const double kappa = kappa_one + kappa_two;
+  return one * one * integral.one_one + 2.0 * one * two * integral.one_two + two * two * integral.two_two -
+         2.0 * kappa * (one * integral.one + two * integral.two) + kappa * kappa * step;
 }
 
 }  // namespace
@@ -69,6 +70,12 @@ void set_step(const PoleArrays& poles, double step, bool with_energy, StepCoeffi
   if (with_energy) {
     for (Eigen::ArrayXd* array : {&c.int_re, &c.int_im, &c.int_abs2, &c.int_square_re, &c.int_square_im}) {
       array->resize(poles.single);
+    }
+  }
+  c.real_pair.clear();
+  if (with_energy) {
+    for (const int k : poles.real_pair) {
+      c.real_pair.push_back(real_pair_integrals(poles.re[k], poles.re[k + 1], step));
     }
   }
   for (int k = 0; k < n; ++k) {
@@ -145,12 +152,18 @@ void modal_internal_force(const PoleArrays& poles, const PoleState& state, Eigen
 
 namespace {
 
-/// Modes of one pole: with w = mu z + r p, q' = Re w and w = (w0 + kappa) exp(mu t) - kappa, kappa = r slope/(mu h), the integral
-/// of q'^2 is half of (|A|^2 I_abs + Re(A^2 I_square) - 4 Re(kappa) Re(A I) + 2 Re(kappa)^2 h), A = w0 + kappa.
-/// In blocks, on the stack, in real arithmetic: this runs at every step.
+double velocity_of(const PoleArrays& poles, const PoleState& state, int begin, int end) {
+  double v = 0.0;
+  for (int k = begin; k < end; ++k) v += poles.re[k] * state.re[k] - poles.im[k] * state.im[k];
+  return v;
+}
+
+/// Modes of one pole: with w = mu z + r p, q' = Re w and w = (w0 + kappa) exp(mu t) - kappa, kappa = r
+/// slope/(mu h), the integral of q'^2 is half of (|A|^2 I_abs + Re(A^2 I_square) - 4 Re(kappa) Re(A I) + 2
+/// Re(kappa)^2 h), A = w0 + kappa. In blocks, on the stack, in real arithmetic: this runs at every step.
 StepEnergy single_pole_energy(const PoleArrays& poles, const StepCoefficients& c, const Eigen::ArrayXd& mean,
-                              const Eigen::ArrayXd& slope, const Eigen::ArrayXd& contact, const PoleState& from,
-                              const PoleState& to) {
+                              const Eigen::ArrayXd& slope, const Eigen::ArrayXd& contact,
+                              const PoleState& from, const PoleState& to) {
   constexpr int block = 64;
   using Block = Eigen::Array<double, Eigen::Dynamic, 1, Eigen::ColMajor, block, 1>;
   StepEnergy energy;
@@ -169,7 +182,8 @@ StepEnergy single_pole_energy(const PoleArrays& poles, const StepCoefficients& c
     energy.load_work += (part(mean) * gain_re + s * (q0 + 0.5 * gain_re - q_mean)).sum();
     const Block load = total - 0.5 * s;
     const Block kappa = part(poles.ratio_re) * s / h;
-    const Block a = part(poles.re) * q0 - part(poles.im) * part(from.im) + part(poles.residue_re) * load + kappa;
+    const Block a =
+        part(poles.re) * q0 - part(poles.im) * part(from.im) + part(poles.residue_re) * load + kappa;
     const Block b = part(poles.re) * part(from.im) + part(poles.im) * q0 + part(poles.residue_im) * load +
                     part(poles.ratio_im) * s / h;
     const Block square = (a * a + b * b) * part(c.int_abs2) + (a * a - b * b) * part(c.int_square_re) -
@@ -187,28 +201,30 @@ StepEnergy step_energy(const PoleArrays& poles, const StepCoefficients& c, const
                        const PoleState& to) {
   StepEnergy energy = single_pole_energy(poles, c, mean, slope, contact, from, to);
   const double h = c.step;
+  std::size_t pair = 0;
   for (int k = poles.single; k < poles.size();) {
     const int end = pole_end(poles, k);
     const int m = poles.mode[k];
     const double total = mean[m] + contact[m];
-    double q0 = 0.0, q1 = 0.0, v0 = 0.0, v1 = 0.0, average = 0.0;
-    bool real = true;
+    double gain = 0.0, q0 = 0.0, average = 0.0;
     for (int j = k; j < end; ++j) {
+      const double gain_re = to.re[j] - from.re[j];
       q0 += from.re[j];
-      q1 += to.re[j];
-      v0 += poles.re[j] * from.re[j] - poles.im[j] * from.im[j];
-      v1 += poles.re[j] * to.re[j] - poles.im[j] * to.im[j];
-      average += (poles.inverse_re[j] * (to.re[j] - from.re[j]) - poles.inverse_im[j] * (to.im[j] - from.im[j])) / h -
+      gain += gain_re;
+      average += (poles.inverse_re[j] * gain_re - poles.inverse_im[j] * (to.im[j] - from.im[j])) / h -
                  poles.ratio_re[j] * total;
-      real = real && poles.im[j] == 0.0;
     }
-    const double work = mean[m] * (q1 - q0) + slope[m] * (0.5 * (q0 + q1) - average);
+    const double work = mean[m] * gain + slope[m] * (q0 + 0.5 * gain - average);
     energy.load_work += work;
-    if (real && end - k == 2) {
-      energy.dissipated += -(poles.re[k] + poles.re[k + 1]) *
-                           real_pair_velocity_square(poles, k, h, total - 0.5 * slope[m], slope[m], from);
+    if (pair < poles.real_pair.size() && poles.real_pair[pair] == k) {
+      energy.dissipated -=
+          (poles.re[k] + poles.re[k + 1]) *
+          real_pair_velocity_square(poles, k, c.real_pair[pair], h, total - 0.5 * slope[m], slope[m], from);
+      ++pair;
     } else {
-      energy.internal_work += work + contact[m] * (q1 - q0) - 0.5 * (v1 * v1 - v0 * v0);
+      const double v0 = velocity_of(poles, from, k, end);
+      const double v1 = velocity_of(poles, to, k, end);
+      energy.internal_work += work + contact[m] * gain - 0.5 * (v1 * v1 - v0 * v0);
     }
     k = end;
   }

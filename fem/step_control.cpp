@@ -12,8 +12,8 @@ namespace struna::fem {
 namespace {
 
 constexpr int deepest_level = 40;
-/// Shares of the tolerance, calibrated on the benchmark WB-1 so that the largest error over 0.5 s is about the tolerance
-/// (docs/modal_stepping.md).
+/// Shares of the tolerance, calibrated on the benchmark WB-1 so that the largest error over 0.5 s is about
+/// the tolerance (docs/modal_stepping.md).
 constexpr double contact_share = 1e-3;
 constexpr double path_share = 1.0;
 /// A contact's measure grows with h^3: doubling is safe below 1/8, with a margin.
@@ -31,11 +31,11 @@ StepLoad step_load(const MotionSample& start, const MotionSample& end, double st
   load.mean[0] = 0.5 * (start.displacement + end.displacement) - step * dv / 12.0;
   load.slope[1] = 1.2 * dv - 0.1 * step * (start.acceleration + end.acceleration);
   load.slope[0] = 1.2 * du - 0.1 * step * (start.velocity + end.velocity);
-  // First moment of u'' about the middle: h (u0' + u1')/2 - (u1 - u0) = slope h^2/12. For short steps the difference
-  // drowns in rounding while the plain difference of u'' has become exact.
+  // First moment of u'' about the middle: h (u0' + u1')/2 - (u1 - u0) = slope h^2/12. For short steps the
+  // difference drowns in rounding while the plain difference of u'' has become exact.
   const double exact = 12.0 / (step * step) * (0.5 * step * (start.velocity + end.velocity) - du);
-  const double rounding = 12.0 / (step * step) * 4e-16 *
-                          (std::abs(start.displacement) + step * std::abs(start.velocity));
+  const double rounding =
+      12.0 / (step * step) * 4e-16 * (std::abs(start.displacement) + step * std::abs(start.velocity));
   load.slope[2] = rounding < 1e-3 * std::abs(da) ? exact : da;
   return load;
 }
@@ -47,7 +47,8 @@ StepControl::StepControl(const ModalSteppingOptions& options) : options_(options
   const auto length = [&](const char* field, double value) {
     require(value >= 0.0 && std::isfinite(value), field, "zero or positive", value);
   };
-  require(options.tolerance > 0.0 && options.tolerance < 1.0, "tolerance", "between 0 and 1", options.tolerance);
+  require(options.tolerance > 0.0 && options.tolerance < 1.0, "tolerance", "between 0 and 1",
+          options.tolerance);
   require(options.contact_substeps >= 1, "contact_substeps", "at least 1", options.contact_substeps);
   length("step", options.step);
   length("longest_step", options.longest_step);
@@ -81,9 +82,13 @@ double StepControl::step_at(int level) const {
   return std::ldexp(top_, -level);
 }
 
-double StepControl::event_slack() const { return 1e-6 * step_at(level(true)); }
+double StepControl::event_slack() const {
+  return 1e-6 * step_at(level(true));
+}
 
-double StepControl::shortest_flight() const { return fixed() ? step_at(1) : std::ldexp(top_, -12); }
+double StepControl::shortest_flight() const {
+  return fixed() ? step_at(1) : std::ldexp(top_, -12);
+}
 
 void StepControl::begin_step() {
   load_measure_ = 0.0;
@@ -109,12 +114,27 @@ void StepControl::see_load(const StepLoad& load, const MotionSample& start, cons
 void StepControl::see_path(const PenetrationPath& path) {
   if (fixed() || scale_ == 0.0) return;
   const double miss = std::abs(path.end - path.start - 0.5 * path.step * (path.start_rate + path.end_rate));
-  path_measure_ = std::max(path_measure_, miss / (path_share * options_.tolerance * scale_));
+  const double room = -std::max(path.start, path.end);
+  path_measure_ =
+      std::max(path_measure_, miss / std::max(path_share * options_.tolerance * scale_, room / 8.0));
+}
+
+void StepControl::see_idle(const PenetrationPath& path, const ContactForceLaw& law) {
+  if (fixed() || scale_ == 0.0) return;
+  const double h = path.step;
+  const double trial = std::max(law.stiffness * path.start + law.damping * path.start_rate,
+                                law.stiffness * path.end + law.damping * path.end_rate);
+  const double bend = std::max(std::abs(path.curvature_at(0.0)), std::abs(path.curvature_at(h)));
+  const double third = std::abs(path.curvature_at(h) - path.curvature_at(0.0)) / h;
+  const double hump = 0.125 * h * h * (law.stiffness * bend + law.damping * third);
+  const double least = path_share * options_.tolerance * scale_ * law.stiffness;
+  path_measure_ = std::max(path_measure_, hump / std::max(least, -0.5 * trial));
 }
 
 bool StepControl::reject(bool contact, double contact_error) {
   if (fixed()) return false;
-  const double contact_measure = contact ? contact_error / (contact_share * options_.tolerance * scale_) : 0.0;
+  const double contact_measure =
+      contact ? contact_error / (contact_share * options_.tolerance * scale_) : 0.0;
   const double worst = std::max({load_measure_, path_measure_, contact_measure});
   const int tried = level(contact);
   if (worst > 1.0 && tried < deepest_level) {

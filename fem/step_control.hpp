@@ -8,18 +8,18 @@
 
 namespace struna::fem {
 
-/// u, u', u'' over a step as mean + slope (t/h - 1/2): the projections on constants and on the first Legendre polynomial, so
-/// that what is left out is orthogonal to straight lines and its effect is of fourth order. Those of u'' are exact,
-/// from u' and u at the ends; those of u' and u follow from the cubic of Hermite.
+/// u, u', u'' over a step as mean + slope (t/h - 1/2): the projections on constants and on the first Legendre
+/// polynomial, so that what is left out is orthogonal to straight lines and its effect is of fourth order.
+/// Those of u'' are exact, from u' and u at the ends; those of u' and u follow from the cubic of Hermite.
 struct StepLoad {
   std::array<double, 3> mean{};
   std::array<double, 3> slope{};
 };
 StepLoad step_load(const MotionSample& start, const MotionSample& end, double step);
 
-/// Chooses step lengths from a ladder top/2^level, so that coefficients are computed once per level. Three measures, each against
-/// the tolerance: how well a straight line follows the load, how far a cubic may misjudge a gap that is about to close, and the
-/// contact forces' estimated share in the displacement.
+/// Chooses step lengths from a ladder top/2^level, so that coefficients are computed once per level. Three
+/// measures, each against the tolerance: how well a straight line follows the load, how far a cubic may
+/// misjudge a gap that is about to close, and the contact forces' estimated share in the displacement.
 class StepControl {
  public:
   /// Throws Error unless 0 < tolerance < 1, steps are finite and >= 0, contact_substeps >= 1.
@@ -35,8 +35,11 @@ class StepControl {
   double shortest_flight() const;  ///< impacts closer than this make one lasting contact [s]
 
   void begin_step();
-  void see_load(const StepLoad& load, const MotionSample& start, const MotionSample& end, const bool (&drives)[3]);
+  void see_load(const StepLoad& load, const MotionSample& start, const MotionSample& end,
+                const bool (&drives)[3]);
   void see_path(const PenetrationPath& path);
+  /// A point that is closed without force: how far k g + c g' may swell between the ends of the step.
+  void see_idle(const PenetrationPath& path, const ContactForceLaw& law);
   /// Whether the step just tried is too long; adapts the level either way.
   bool reject(bool contact, double contact_error);
   void restart_contact();
