@@ -156,6 +156,11 @@ void run_predict(const PredictArguments& arguments) {
   require_modulus(path.body, arguments.scene);
   for (const std::string& warning : extrapolation_warnings(path.body, damping, wanted.frequency_hz))
     warn(warning);
+  const fem::Material& material = path.body.material;
+  if (damping == fem::Damping::viscous && material.rayleigh.alpha == 0.0 && material.rayleigh.beta == 0.0) {
+    warn(fmt::format("body '{}' has no rayleigh damping: this viscous prediction is undamped",
+                     path.body.name));
+  }
   if (!scene.contacts.empty()) {
     warn(fmt::format("{}: contact is left out of this linear prediction; struna simulate has it",
                      arguments.scene));
