@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace struna::fem {
 namespace {
@@ -125,6 +126,7 @@ bool ContactSolver::solve(std::vector<ClosedContact>& contacts, int dimension, c
     mean_direction(contacts[i], dimension);
   }
   constexpr int most_iterations = 30;
+  double last_change = std::numeric_limits<double>::infinity();
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
     move(contacts, dimension, w);
     if (iteration > 0) {
@@ -143,6 +145,7 @@ bool ContactSolver::solve(std::vector<ClosedContact>& contacts, int dimension, c
     }
     eliminate(static_cast<int>(n));
     bool settled = true;
+    double change = 0.0;  // largest movement still asked for, over the gap
     for (std::size_t i = 0; i < n; ++i) {
       ClosedContact& c = contacts[i];
       c.normal_flexibility = block(w, dimension, i, i, c.direction, c.direction);
@@ -151,8 +154,13 @@ bool ContactSolver::solve(std::vector<ClosedContact>& contacts, int dimension, c
       const double moved = std::abs(update_[i]) * c.normal_flexibility;
       settled = settled && (moved <= 1e-16 * (c.gap + std::abs(c.end_penetration)) ||
                             std::abs(update_[i]) <= 1e-14 * std::abs(c.force));
+      change = std::max(change, moved / (c.gap + std::abs(c.end_penetration)));
     }
-    if (!settled) continue;
+    // Newton that no longer gains stands on the rounding of the offsets, which are differences of far larger
+    // motions.
+    const bool stalled = change < 1e-9 && change > 0.25 * last_change;
+    last_change = change;
+    if (!settled && !stalled) continue;
     move(contacts, dimension, w);
     return true;
   }
@@ -190,7 +198,9 @@ bool ContactSolver::settle(std::vector<ClosedContact>& contacts, int dimension, 
       largest = std::max(largest, std::abs(contacts[i].force));
       change = std::max(change, std::abs(update_[i]));
     }
-    if (change > 1e-13 * largest) continue;
+    // Forces are differences of far larger motions times k: their rounding is above that of the forces
+    // themselves.
+    if (change > 1e-11 * largest) continue;
     move(contacts, dimension, w);
     return true;
   }
