@@ -257,8 +257,9 @@ TEST(ModalStepping, ElasticStopsConserveEnergyOverAHundredThousandContacts) {
     ASSERT_LT(t, 2e6);
   }
   const EnergyLedger energy = stepper.energy();
-  // Rounding, 1e-16 a step over some 1e7 steps, as a random walk and with the drift of exp(mu h).
-  EXPECT_NEAR((energy.kinetic + energy.strain + energy.contact_stored) / initial, 1.0, 1e-8);
+  // A point leaves with g up to the events' slack (1e-6 of a step) times its speed: k g^2/2 = 1e-12 each, 1e5
+  // times.
+  EXPECT_NEAR((energy.kinetic + energy.strain + energy.contact_stored) / initial, 1.0, 1e-7);
 }
 
 /// A mass in the plane (two equal oscillators as its coordinates) inside a bore.
