@@ -33,17 +33,17 @@ void warn_of_low_coherence(const MeasuredTransfer& measured, std::vector<std::st
     const double low = share(output.coherence, [](double c) { return c < 0.8; });
     if (low < 0.25) continue;
     const double top = last_coherent_hz(tf, output.coherence);
-    std::string text =
-        fmt::format("{}: coherence is below 0.8 at {:.0f} % of the lines", output.name, 100.0 * low);
-    if (top > 0.0 && top < 0.9 * tf.frequency_hz[tf.lines() - 1]) {
-      text += fmt::format("; above {:.4g} Hz nothing coherent is left: narrow the band (--band)", top);
+    std::string text = fmt::format(
+        "{}: coherence is below 0.8 at {:.0f} % of the lines (noise, leakage, or a nonlinear path such as "
+        "contact)",
+        output.name, 100.0 * low);
+    const double lowest = tf.frequency_hz[0];
+    const double highest = tf.frequency_hz[tf.lines() - 1];
+    if (top > lowest + 0.1 * (highest - lowest) && top < highest - 0.1 * (highest - lowest)) {
+      text += fmt::format("; hardly a line above {:.4g} Hz is coherent: narrow the band (--band)", top);
       // Displacement falls as 1/omega^2, so its sensor's noise is what is left at the top of a band.
-      const bool displacement = measured.spectra.input.quantity == ident::Quantity::displacement;
-      if (displacement) text += "; displacement may have met its noise floor there";
-    } else {
-      text +=
-          ": more averages (a coarser --resolution, longer records) or a stronger excitation help against "
-          "noise";
+      if (measured.spectra.input.quantity == ident::Quantity::displacement)
+        text += "; displacement may have met its noise floor there";
     }
     warnings.push_back(text);
   }

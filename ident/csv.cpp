@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <charconv>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
@@ -36,6 +37,45 @@ void split(const char* line, std::vector<std::string_view>& fields) {
 
 bool blank(const char* line) {
   return line[std::strspn(line, " \t")] == '\0';
+}
+
+/// The numbers that records are full of: digits that fit a double, times a power of ten that does, so that
+/// one multiplication or division rounds once and correctly (Clinger, PLDI 1990, fast path). False: left to
+/// from_chars.
+bool parse_short(std::string_view text, double& value) {
+  static constexpr double tens[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
+                                    1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
+  const char* at = text.data();
+  const char* const end = at + text.size();
+  const auto is_digit = [](char c) { return static_cast<unsigned char>(c - '0') < 10; };
+  const bool negative = at < end && *at == '-';
+  if (negative) ++at;
+  std::uint64_t digits = 0;
+  const char* const begin = at;
+  for (; at < end && is_digit(*at); ++at) digits = 10 * digits + static_cast<std::uint64_t>(*at - '0');
+  long count = at - begin;
+  int exponent = 0;
+  if (at < end && *at == '.') {
+    const char* const fraction = ++at;
+    for (; at < end && is_digit(*at); ++at) digits = 10 * digits + static_cast<std::uint64_t>(*at - '0');
+    exponent = static_cast<int>(fraction - at);
+    count -= exponent;
+  }
+  if (count == 0 || count > 15) return false;
+  if (at < end && (*at == 'e' || *at == 'E')) {
+    ++at;
+    const bool minus = at < end && *at == '-';
+    if (at < end && (*at == '-' || *at == '+')) ++at;
+    if (end - at < 1 || end - at > 2) return false;
+    int written = 0;
+    for (; at < end && is_digit(*at); ++at) written = 10 * written + (*at - '0');
+    exponent += minus ? -written : written;
+  }
+  if (at != end || exponent > 22 || exponent < -22) return false;
+  const double magnitude = static_cast<double>(digits);
+  const double scaled = exponent < 0 ? magnitude / tens[-exponent] : magnitude * tens[exponent];
+  value = negative ? -scaled : scaled;
+  return true;
 }
 
 /// A number out of the whole text, with the blanks and the leading '+' that from_chars does not take.
@@ -136,9 +176,7 @@ bool CsvReader::next(std::vector<std::string_view>& fields) {
 double CsvReader::number(const std::vector<std::string_view>& fields, int column) const {
   const std::string_view text = fields[static_cast<std::size_t>(column)];
   double value = 0.0;
-  const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
-  const bool read =
-      (fault == std::errc() && end == text.data() + text.size()) || parse_tolerantly(text, value);
+  const bool read = parse_short(text, value) || parse_tolerantly(text, value);
   if (read && std::isfinite(value)) return value;
   const std::string& name = state_->header[static_cast<std::size_t>(column)].name;
   if (trimmed(text).empty())

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <cmath>
 #include <cstdio>
@@ -30,6 +31,20 @@ double written_resolution(std::string_view text) {
   return std::pow(10.0, exponent - decimals);
 }
 
+/// A copy of a field that survives its line; longer ones than any sensible time are cut.
+class LastText {
+ public:
+  LastText() = default;
+  explicit LastText(std::string_view text) : size_(std::min(text.size(), text_.size())) {
+    std::copy_n(text.data(), size_, text_.data());
+  }
+  std::string_view view() const { return {text_.data(), size_}; }
+
+ private:
+  std::array<char, 32> text_{};
+  std::size_t size_ = 0;
+};
+
 /// Watches a time column: increasing, uniform.
 class Clock {
  public:
@@ -56,21 +71,30 @@ class Clock {
       start_ = time;
     } else {
       const double step = time - now_;
-      const double expected = rows_ == 1 ? step : sample_interval();
+      const double expected = rows_ == 1 ? step : mean_step();
       if (!(step > 0.0) || std::abs(step - expected) > 0.01 * expected)
         examine(csv, fields[static_cast<std::size_t>(column_)], time, step, expected);
     }
     now_ = time;
+    last_text_ = LastText(fields[static_cast<std::size_t>(column_)]);
     ++rows_;
   }
 
   long rows() const { return rows_; }
   double start() const { return start_; }
+  /// The mean step, or the one of a whole number of samples per second where the written digits cannot tell
+  /// them apart.
   double sample_interval() const {
-    return rows_ < 2 ? 0.0 : (now_ - start_) / static_cast<double>(rows_ - 1);
+    const double mean = mean_step();
+    if (rows_ < 2 || mean > 1.0) return mean;
+    const double whole = 1.0 / std::round(1.0 / mean);
+    const double unresolved = written_resolution(last_text_.view()) * to_si_ / static_cast<double>(rows_ - 1);
+    return std::abs(whole - mean) <= unresolved ? whole : mean;
   }
 
  private:
+  double mean_step() const { return rows_ < 2 ? 0.0 : (now_ - start_) / static_cast<double>(rows_ - 1); }
+
   void examine(const CsvReader& csv, std::string_view text, double time, double step, double expected) const {
     if (!(step > 0.0))
       throw Error(
@@ -97,6 +121,7 @@ class Clock {
   long rows_ = 0;
   double start_ = 0.0;
   double now_ = 0.0;
+  LastText last_text_;
 };
 
 struct Source {
@@ -185,30 +210,25 @@ long RecordReader::read(Eigen::MatrixXd& block, long rows) {
   return row;
 }
 
-RecordExtent record_extent(const std::string& file) {
-  RecordExtent extent;
-  {
-    RecordReader head(file, {});
-    Eigen::MatrixXd nothing;
-    head.read(nothing, 1000);
-    extent.sample_interval = head.sample_interval();
-  }
+long count_rows(const std::string& file) {
   const std::unique_ptr<std::FILE, int (*)(std::FILE*)> stream(std::fopen(file.c_str(), "rb"), std::fclose);
   if (!stream) throw Error(file, 0, "cannot be opened");
   std::vector<char> buffer(1 << 18);
-  long line_ends = 0;         // so far
-  long before_last_text = 0;  // those before the last character that is not blank
+  const std::string_view blanks = " \t\r\n";
+  // Rows are the lines below the header up to the last one that is not blank.
+  long line_ends = 0;  // so far
+  long before_last_text =
+      0;  // those before the last character that is not blank: the header's stands for the last row's
   while (const auto size = static_cast<long>(std::fread(buffer.data(), 1, buffer.size(), stream.get()))) {
     long text_end = size;
-    while (text_end > 0 && std::string_view(" \t\r\n").find(buffer[static_cast<std::size_t>(text_end - 1)]) !=
-                               std::string_view::npos)
+    while (text_end > 0 &&
+           blanks.find(buffer[static_cast<std::size_t>(text_end - 1)]) != std::string_view::npos)
       --text_end;
     const long in_text = std::count(buffer.begin(), buffer.begin() + text_end, '\n');
     if (text_end > 0) before_last_text = line_ends + in_text;
     line_ends += in_text + std::count(buffer.begin() + text_end, buffer.begin() + size, '\n');
   }
-  extent.samples = before_last_text;  // the header's line end stands for the last row's
-  return extent;
+  return before_last_text;
 }
 
 Record read_record(const std::string& file, const std::vector<std::string>& columns,
@@ -216,7 +236,7 @@ Record read_record(const std::string& file, const std::vector<std::string>& colu
   RecordReader reader(file, columns, corrections);
   Record record;
   record.channels = reader.channels();
-  record.samples.resize(record_extent(file).samples, static_cast<long>(columns.size()));
+  record.samples.resize(count_rows(file), static_cast<long>(columns.size()));
   Eigen::MatrixXd block;
   long rows = 0;
   while (const long got = reader.read(block, 4096)) {

@@ -63,13 +63,8 @@ class RecordReader {
   std::unique_ptr<State> state_;
 };
 
-/// The number of data rows (a quick scan for line ends) and the sampling interval from the first 1000 of
-/// them.
-struct RecordExtent {
-  long samples = 0;
-  double sample_interval = 0.0;  ///< [s]
-};
-RecordExtent record_extent(const std::string& file);
+/// The number of data rows: a quick scan for line ends.
+long count_rows(const std::string& file);
 
 /// A whole record in memory.
 Record read_record(const std::string& file, const std::vector<std::string>& columns,

@@ -61,7 +61,6 @@ class Averager {
  public:
   Averager(long length, long channels)
       : fft_(length),
-        spectrum_(length / 2 + 1, channels),
         auto_(Eigen::MatrixXd::Zero(length / 2 + 1, channels)),
         cross_(Eigen::MatrixXcd::Zero(length / 2 + 1, channels - 1)),
         square_(Eigen::VectorXd::Zero(length / 2 + 1)) {}
@@ -69,11 +68,17 @@ class Averager {
   void add(const Eigen::MatrixXd& segment, const Eigen::RowVectorXd& offset, const Eigen::VectorXd& taper) {
     for (long k = 0; k < segment.cols(); ++k) {
       fft_.input() = (segment.col(k).array() - offset[k]) * taper.array();
-      spectrum_.col(k) = fft_.transform();
-      auto_.col(k) += spectrum_.col(k).cwiseAbs2();
-      if (k > 0) cross_.col(k - 1) += spectrum_.col(0).conjugate().cwiseProduct(spectrum_.col(k));
+      const auto spectrum = fft_.transform();
+      if (k > 0) {
+        auto_.col(k) += spectrum.cwiseAbs2();
+        cross_.col(k - 1) += input_.conjugate().cwiseProduct(spectrum);
+        continue;
+      }
+      input_ = spectrum;
+      power_ = spectrum.cwiseAbs2();
+      auto_.col(0) += power_;
+      square_ += power_.cwiseAbs2();
     }
-    square_ += spectrum_.col(0).cwiseAbs2().cwiseAbs2();
     taper_power_ += taper.squaredNorm();
     ++segments_;
   }
@@ -107,7 +112,9 @@ class Averager {
 
  private:
   Fft fft_;
-  Eigen::MatrixXcd spectrum_;
+  Eigen::VectorXcd input_;  ///< spectrum of the segment at hand
+  Eigen::VectorXd power_;   ///< its |X|^2
+
   Eigen::MatrixXd auto_;
   Eigen::MatrixXcd cross_;
   Eigen::VectorXd square_;  ///< sum of |X|^4
@@ -122,9 +129,11 @@ struct Rows {
 };
 struct Repeat {
   std::string name;
-  RecordExtent extent;
+  double sample_interval = 0.0;  ///< from its first rows [s]
+  long samples = 0;  ///< 0 where the plan does not depend on them: counting costs a scan of the file
+
   std::function<Rows()> open;
-  double duration() const { return static_cast<double>(extent.samples) * extent.sample_interval; }
+  double duration() const { return static_cast<double>(samples) * sample_interval; }
 };
 
 struct Plan {
@@ -162,22 +171,27 @@ std::vector<std::string> columns_of(const std::string& input, const std::vector<
 
 Plan plan_whole(const std::vector<Repeat>& repeats, const WelchOptions& options) {
   Plan plan{options.window == Window::exponential ? Window::exponential : Window::rectangular, true, 0, 0};
-  for (const Repeat& repeat : repeats) plan.length = std::max(plan.length, repeat.extent.samples);
+  for (const Repeat& repeat : repeats) plan.length = std::max(plan.length, repeat.samples);
   if (options.impact && options.resolution_hz > 0.0)
-    plan.length = std::lround(1.0 / (options.resolution_hz * repeats[0].extent.sample_interval));
+    plan.length = std::lround(1.0 / (options.resolution_hz * repeats[0].sample_interval));
   return plan;
 }
 
 Plan plan_segments(const std::vector<Repeat>& repeats, const WelchOptions& options) {
   double duration = options.resolution_hz > 0.0 ? 1.0 / options.resolution_hz : 0.0;
   if (duration == 0.0) {
-    for (const Repeat& repeat : repeats) duration += repeat.duration() / segments_per_duration;
-    for (const Repeat& repeat : repeats) duration = std::min({duration, repeat.duration(), longest_segment});
+    double shortest = longest_segment;
+    for (const Repeat& repeat : repeats) {
+      const double own = repeat.duration();
+      duration += own / segments_per_duration;
+      shortest = std::min(shortest, own);
+    }
+    duration = std::min(duration, shortest);
   }
   Plan plan;
-  plan.length = std::lround(duration / repeats[0].extent.sample_interval);
+  plan.length = std::lround(duration / repeats[0].sample_interval);
   if (options.resolution_hz == 0.0)  // rounding must not ask for a sample more than there is
-    for (const Repeat& repeat : repeats) plan.length = std::min(plan.length, repeat.extent.samples);
+    for (const Repeat& repeat : repeats) plan.length = std::min(plan.length, repeat.samples);
   if (options.window == Window::rectangular)
     plan.window = Window::rectangular;
   else
@@ -187,23 +201,30 @@ Plan plan_segments(const std::vector<Repeat>& repeats, const WelchOptions& optio
 }
 
 void check(const Plan& plan, const std::vector<Repeat>& repeats) {
-  const double dt = repeats[0].extent.sample_interval;
-  for (const Repeat& repeat : repeats) {
-    if (std::abs(repeat.extent.sample_interval / dt - 1.0) > 1e-3)
+  const double dt = repeats[0].sample_interval;
+  for (const Repeat& repeat : repeats)
+    if (std::abs(repeat.sample_interval / dt - 1.0) > 1e-3)
       throw Error(
           repeat.name, 0,
           fmt::format("has a sample interval of {:.6g} s, {} has {:.6g} s: repeats must be sampled alike",
-                      repeat.extent.sample_interval, repeats[0].name, dt));
-    const bool too_short =
-        plan.whole ? repeat.extent.samples < fewest_samples : repeat.extent.samples < plan.length;
-    if (plan.length < fewest_samples || too_short)
-      throw Error(repeat.name, 0,
-                  fmt::format("{} samples ({:.4g} s) are too short for segments of {} samples ({:.4g} Hz), "
-                              "of which at least {} are "
-                              "needed: record for longer, or ask for a coarser resolution",
-                              repeat.extent.samples, repeat.duration(), plan.length,
-                              1.0 / (static_cast<double>(std::max(1L, plan.length)) * dt), fewest_samples));
-  }
+                      repeat.sample_interval, repeats[0].name, dt));
+  if (plan.length < fewest_samples)
+    throw Error(
+        repeats[0].name, 0,
+        fmt::format(
+            "segments of {} samples are too short, at least {} are needed: record for longer, or ask for a "
+            "finer resolution",
+            plan.length, fewest_samples));
+}
+
+[[noreturn]] void refuse_short(const Repeat& repeat, long samples, const Plan& plan) {
+  const double resolution = 1.0 / (static_cast<double>(plan.length) * repeat.sample_interval);
+  throw Error(
+      repeat.name, 0,
+      fmt::format(
+          "{} samples are too few for a segment of {} ({:.4g} Hz): record for longer, or ask for a coarser "
+          "resolution",
+          samples, plan.length, resolution));
 }
 
 /// Streams a record through a buffer of one segment; returns the number of segments.
@@ -225,12 +246,12 @@ long add_segments(const Repeat& repeat, Rows& rows, const Plan& plan, const Eige
       std::copy(column + plan.hop, column + plan.length, column);
     }
   }
-  if (segments == 0) throw Error(repeat.name, 0, "has changed while it was read");
+  if (segments == 0) refuse_short(repeat, filled, plan);
   return segments;
 }
 
 Eigen::MatrixXd read_all(const Repeat& repeat, Rows& rows, long channels) {
-  Eigen::MatrixXd samples(repeat.extent.samples, channels);
+  Eigen::MatrixXd samples(repeat.samples, channels);
   Eigen::MatrixXd block;
   long filled = 0;
   while (const long got = rows.read(block, 4096)) {
@@ -254,11 +275,9 @@ void add_whole(const Repeat& repeat, Rows& rows, const Plan& plan, const WelchOp
       spectra.warnings.push_back(repeat.name + ": a second hit follows the first one: leave this record out");
     if (plan.window == Window::exponential) {
       if (spectra.exponential_decay == 0.0)
-        spectra.exponential_decay =
-            -std::log(options.exponential_end) /
-            (static_cast<double>(plan.length - hit.start) * repeat.extent.sample_interval);
-      taper = exponential_window(plan.length, hit.start, spectra.exponential_decay,
-                                 repeat.extent.sample_interval);
+        spectra.exponential_decay = -std::log(options.exponential_end) /
+                                    (static_cast<double>(plan.length - hit.start) * repeat.sample_interval);
+      taper = exponential_window(plan.length, hit.start, spectra.exponential_decay, repeat.sample_interval);
     }
     const Eigen::VectorXd tail =
         (samples.bottomRows(samples.rows() / 20).array().square().colwise().mean()).sqrt();
@@ -361,7 +380,10 @@ Spectra welch_spectra(const std::vector<std::string>& files, const std::string& 
   std::vector<Repeat> repeats;
   std::vector<Channel> channels;
   for (const std::string& file : files) {
-    const auto there = RecordReader(file, columns, corrections).channels();
+    RecordReader head(file, columns, corrections);
+    Eigen::MatrixXd first_rows;
+    head.read(first_rows, 1000);
+    const auto& there = head.channels();
     if (channels.empty()) channels = there;
     for (std::size_t k = 0; k < channels.size(); ++k)
       if (there[k].quantity != channels[k].quantity)
@@ -369,8 +391,9 @@ Spectra welch_spectra(const std::vector<std::string>& files, const std::string& 
             file, 1,
             fmt::format("column '{}' is in {} here and in {} in {}: repeats must measure the same",
                         columns[k], si_unit(there[k].quantity), si_unit(channels[k].quantity), files[0]));
+    const bool by_length = options.impact || options.resolution_hz == 0.0;
     repeats.push_back(
-        {file, record_extent(file), [file, columns, corrections] {
+        {file, head.sample_interval(), by_length ? count_rows(file) : 0, [file, columns, corrections] {
            auto reader = std::make_shared<RecordReader>(file, columns, corrections);
            return Rows{[reader](Eigen::MatrixXd& block, long rows) { return reader->read(block, rows); },
                        [reader] { return reader->sample_interval(); }};
@@ -409,7 +432,7 @@ Spectra welch_spectra(const Record& record, const std::string& input, const std:
                 },
                 [&record] { return record.sample_interval; }};
   };
-  return estimate({{"record", {record.samples.rows(), record.sample_interval}, open}}, channels, options);
+  return estimate({{"record", record.sample_interval, record.samples.rows(), open}}, channels, options);
 }
 
 }  // namespace struna::ident
