@@ -124,8 +124,9 @@ Pair make_pair(const PairingCost& cost, const ModeSet& set, int measured, int in
   pair.mac = cost.mac(measured, index);
   pair.modulus = fem::modulus_from_frequency(f, e.eigenvalue);
   const double sigma_f = std::isfinite(mode.natural_frequency_sigma) ? mode.natural_frequency_sigma : 0.0;
-  // A pole between two modes is known to lie between them: a quarter of their distance stands for where.
-  pair.modulus_sigma = pair.modulus * std::hypot(2.0 * sigma_f / f, 0.25 * e.spread);
+  pair.spread = e.spread;  // of two equal ones: half their step in lambda, which is twice that in frequency
+  // Where between its members a common pole lies is known to half their deviation.
+  pair.modulus_sigma = pair.modulus * std::hypot(2.0 * sigma_f / f, 0.5 * e.spread);
   return pair;
 }
 

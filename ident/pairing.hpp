@@ -22,8 +22,10 @@ struct Pair {
   std::vector<int> model;  ///< one, or the members of a nearly double group that one pole stands for
   double mac = 0.0;        ///< modal assurance of the constants over the outputs, 0..1; NaN without constants
   double modulus = 0.0;    ///< E that puts the model mode(s) at the measured frequency [Pa]
-  double modulus_sigma =
-      0.0;  ///< of the measured frequency, and of what stays open inside a nearly double group
+  /// Of the measured frequency, and of what stays open inside a nearly double group.
+  double modulus_sigma = 0.0;
+  /// Of a group, relative: the frequency step of two equal modes as wide; 0 for one mode.
+  double spread = 0.0;
 };
 struct Unpaired {
   int measured = -1;

@@ -89,18 +89,18 @@ double visibility(const Eigen::VectorXd& eigenvalue, const Eigen::MatrixXd& cons
 void combine(const ModelModes& model, Explanation& e) {
   e.constant = Eigen::VectorXd::Zero(model.constant.cols());
   for (int r : e.model) e.constant += model.constant.row(r).transpose();
-  double weights = 0.0;
-  double weighted = 0.0;
-  double plain = 0.0;
-  for (int r : e.model) {
-    const double w = e.constant.size() > 0 ? std::max(0.0, e.constant.dot(model.constant.row(r))) : 0.0;
-    weights += w;
-    weighted += w * model.eigenvalue[r];
-    plain += model.eigenvalue[r];
+  const auto n = static_cast<Eigen::Index>(e.model.size());
+  Eigen::ArrayXd weight(n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const auto row = model.constant.row(e.model[static_cast<std::size_t>(k)]);
+    weight[k] = e.constant.size() > 0 ? std::max(0.0, e.constant.dot(row)) : 0.0;
   }
-  e.eigenvalue = weights > 0.0 ? weighted / weights : plain / static_cast<double>(e.model.size());
+  if (weight.sum() <= 0.0) weight.setOnes();
+  weight /= weight.sum();
+  const Eigen::ArrayXd eigenvalue = model.eigenvalue(e.model).array();
+  e.eigenvalue = (weight * eigenvalue).sum();
   e.ln_eigenvalue = std::log(e.eigenvalue);
-  e.spread = (model.eigenvalue[e.model.back()] - model.eigenvalue[e.model.front()]) / e.eigenvalue;
+  e.spread = std::sqrt((weight * (eigenvalue / e.eigenvalue - 1.0).square()).sum());
 }
 
 }  // namespace

@@ -12,15 +12,16 @@
 namespace struna::ident {
 
 struct FitOptions {
-  std::string
-      modulus_law;  ///< "", "constant", "power", "fractional_zener", "monotone_spline": "" lets AICc choose
+  /// "constant", "power", "fractional_zener", "monotone_spline"; "" lets AICc choose.
+  std::string modulus_law = {};
   std::string loss_factor_law = {};
   double band_lo_hz = 0.0;
   double band_hi_hz = 0.0;
   PairingOptions pairing = {};
-  double modulus_floor =
-      1e-3;  ///< relative modelling error (mesh, geometry) added in square to every sigma of E
-  double loss_factor_floor = 1e-2;  ///< the same for eta (leakage, dispersion)
+  /// Relative modelling errors (geometry, ends; leakage, dispersion) added in square to every sigma of E and
+  /// of eta.
+  double modulus_floor = 1e-3;
+  double loss_factor_floor = 1e-2;
 };
 
 /// A quantity at the trusted modes, and its laws, best first.

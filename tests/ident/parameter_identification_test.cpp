@@ -23,8 +23,14 @@ using ::testing::HasSubstr;
 
 constexpr double slope = 0.02;  // of synthetic::true_modulus
 
-/// What a flawless measurement reads: modes of E ~ f^n appear with eta/(1 - n/2).
-Measured measure_exactly(const Wire& wire, double loss_factor = 0.0374) {
+const Wire& fine_wire() {
+  static const Wire wire = synthetic::curved_wire(3, 90);
+  return wire;
+}
+
+/// What a flawless measurement reads: the modes of a mesh three times as fine; of E ~ f^n they appear with
+/// eta/(1 - n/2).
+Measured measure_exactly(const Wire& wire = fine_wire(), double loss_factor = 0.0374) {
   Flaws flaws;
   flaws.missing = flaws.doubled = flaws.spurious = flaws.model_error = 0.0;
   flaws.constant_noise = flaws.frequency_noise = 1e-6;
@@ -36,6 +42,10 @@ Measured measure_exactly(const Wire& wire, double loss_factor = 0.0374) {
   }
   return measured;
 }
+
+/// What a mesh of 90 elements leaves at 1 kHz, by reference (b h)^4/1440, twice for E: 2e-5; the correction
+/// of the mesh of 30 leaves some 4 % of its 2e-3.
+constexpr double mesh_tolerance = 1.5e-4;
 
 IdentifiedParameters identify(const Wire& wire, const ModeSet& set, const FitOptions& options = {}) {
   return identify_parameters(set, wire.model, wire.drive, wire.measurement, options);
@@ -51,21 +61,22 @@ std::string reason_at(const IdentifiedParameters& p, double f, LeftOutOf what) {
 
 TEST(ParameterIdentification, RecoversModulusAndLossFactorOfAFlawlessMeasurement) {
   const Wire wire = synthetic::curved_wire();
-  const Measured measured = measure_exactly(wire);
+  const Measured measured = measure_exactly();
   const IdentifiedParameters p = identify(wire, measured.set);
   EXPECT_EQ(p.body, "wire");
   ASSERT_EQ(p.modulus.value.size(), static_cast<Eigen::Index>(measured.set.modes.size()));
   for (Eigen::Index i = 0; i < p.modulus.value.size(); ++i) {
     // Poles for two modes: second order in their spacing; singles: the frequency noise, 1e-6 of the
     // bandwidth.
-    EXPECT_NEAR(p.modulus.value[i] / synthetic::true_modulus().at(p.modulus.frequency_hz[i]), 1.0, 1e-5);
+    EXPECT_NEAR(p.modulus.value[i] / synthetic::true_modulus().at(p.modulus.frequency_hz[i]), 1.0,
+                mesh_tolerance);
     EXPECT_GE(p.modulus.sigma[i], 1e-3 * p.modulus.value[i]);  // the modelling floor
   }
   EXPECT_EQ(p.modulus.laws.front().law.kind, Kind::power);
-  EXPECT_NEAR(p.modulus.laws.front().law.parameters[1], slope, 1e-5);
+  EXPECT_NEAR(p.modulus.laws.front().law.parameters[1], slope, 1e-4);  // mesh_tolerance over two decades
   for (Eigen::Index i = 0; i < p.loss_factor.value.size(); ++i) {
-    EXPECT_NEAR(p.loss_factor.value[i] / 0.0374, 1.0, 1e-5);  // the slope's error, halved
-    EXPECT_NEAR(p.kramers_kronig_loss_factor[i], 0.5 * std::numbers::pi * slope, 2e-5);
+    EXPECT_NEAR(p.loss_factor.value[i] / 0.0374, 1.0, 1e-4);  // the slope's error, halved
+    EXPECT_NEAR(p.kramers_kronig_loss_factor[i], 0.5 * std::numbers::pi * slope, 2e-4);
   }
   EXPECT_EQ(p.loss_factor.laws.front().law.kind, Kind::constant);
   EXPECT_EQ(p.provenance.band_lo_hz, measured.set.modes.front().natural_frequency_hz);
@@ -74,7 +85,7 @@ TEST(ParameterIdentification, RecoversModulusAndLossFactorOfAFlawlessMeasurement
 
 TEST(ParameterIdentification, RayleighComesFromTheSameFreedDamping) {
   const Wire wire = synthetic::curved_wire();
-  Measured measured = measure_exactly(wire);
+  Measured measured = measure_exactly();
   const fem::Rayleigh truth{2.0, 1.2e-5};
   for (Mode& mode : measured.set.modes) {
     mode.loss_factor =
@@ -85,12 +96,12 @@ TEST(ParameterIdentification, RayleighComesFromTheSameFreedDamping) {
   ASSERT_TRUE(p.rayleigh_known);
   EXPECT_NEAR(p.rayleigh.rayleigh.alpha / truth.alpha, 1.0,
               1e-4);  // the slope's error times the condition of A
-  EXPECT_NEAR(p.rayleigh.rayleigh.beta / truth.beta, 1.0, 1e-4);
+  EXPECT_NEAR(p.rayleigh.rayleigh.beta / truth.beta, 1.0, 1e-3);
 }
 
 TEST(ParameterIdentification, AFlagSetsTheModeAsideForWhatItSpoils) {
   const Wire wire = synthetic::curved_wire();
-  Measured measured = measure_exactly(wire);
+  Measured measured = measure_exactly();
   const auto f = [&](std::size_t i) { return measured.set.modes[i].natural_frequency_hz; };
   measured.set.modes[0].flags = {ModeFlag::coarse};
   measured.set.modes[1].flags = {ModeFlag::not_converged};
@@ -114,23 +125,18 @@ TEST(ParameterIdentification, AFlagSetsTheModeAsideForWhatItSpoils) {
 }
 
 TEST(ParameterIdentification, OnePoleForTwoPartedModesIsNotTrustedForItsWidth) {
-  const Wire wire = synthetic::curved_wire();
+  // Shaken at 0.85 rad from y, the modes near 314 and 317 Hz, 0.28 bandwidths apart, answer alike.
+  const Wire wire = synthetic::curved_wire(3, 30, 0.85);
   Flaws flaws;
   flaws.missing = flaws.doubled = flaws.spurious = flaws.model_error = 0.0;
   flaws.constant_noise = flaws.frequency_noise = 1e-4;
   for (unsigned seed = 1; seed <= 20; ++seed) {
     const Measured measured = synthetic::measure(wire, flaws, seed);
     for (std::size_t i = 0; i < measured.truth.size(); ++i) {
-      if (measured.truth[i] != std::vector<int>{9, 10})
-        continue;  // 313.6 and 316.9 Hz, 0.28 bandwidths apart
+      if (measured.truth[i] != std::vector<int>{9, 10}) continue;
       const IdentifiedParameters p = identify(wire, measured.set);
-      const auto pair = std::find_if(p.pairing.pairs.begin(), p.pairing.pairs.end(),
-                                     [&](const Pair& q) { return q.measured == static_cast<int>(i); });
-      ASSERT_NE(pair, p.pairing.pairs.end());
-      // The second one hardly answers this drive: that the pole is the first one's own is right as well.
-      if (pair->model.size() < 2) return;
       EXPECT_THAT(reason_at(p, measured.set.modes[i].natural_frequency_hz, LeftOutOf::loss_factor),
-                  HasSubstr("one pole for two modes"));
+                  HasSubstr("one pole for two modes 0.2"));
       return;
     }
   }
@@ -157,7 +163,7 @@ TEST(ParameterIdentification, AHandMadeListWithoutStandardErrorsWorks) {
 
 TEST(ParameterIdentification, KeepsToItsBand) {
   const Wire wire = synthetic::curved_wire();
-  const Measured measured = measure_exactly(wire);
+  const Measured measured = measure_exactly();
   FitOptions options;
   options.band_lo_hz = 50.0;
   options.band_hi_hz = 600.0;
@@ -176,7 +182,7 @@ TEST(ParameterIdentification, KeepsToItsBand) {
 
 TEST(ParameterIdentification, ANamedLawComesFirst) {
   const Wire wire = synthetic::curved_wire();
-  const Measured measured = measure_exactly(wire);
+  const Measured measured = measure_exactly();
   FitOptions options;
   options.modulus_law = "constant";
   options.loss_factor_law = "power";
@@ -188,7 +194,7 @@ TEST(ParameterIdentification, ANamedLawComesFirst) {
 
 TEST(ParameterIdentification, AppliesToTheMaterialWhatWasFound) {
   const Wire wire = synthetic::curved_wire();
-  const IdentifiedParameters p = identify(wire, measure_exactly(wire).set);
+  const IdentifiedParameters p = identify(wire, measure_exactly().set);
   fem::Material before;
   before.youngs_modulus = fem::constant_law(1.0);
   before.damping = fem::Damping::viscous;
@@ -201,7 +207,7 @@ TEST(ParameterIdentification, AppliesToTheMaterialWhatWasFound) {
 
 TEST(ParameterIdentification, RefusesWhatItCannotDo) {
   const Wire wire = synthetic::curved_wire();
-  const Measured measured = measure_exactly(wire);
+  const Measured measured = measure_exactly();
   const auto error_of = [&](const ModeSet& set, const FitOptions& options) -> std::string {
     try {
       identify(wire, set, options);

@@ -30,10 +30,11 @@ inline fem::Body wire_body(fem::Centreline centreline) {
   return body;
 }
 
-/// Shaken along y at its start, support forces read at its end in the first `outputs` of y, x, z.
-inline Wire wire(fem::Centreline centreline, int outputs) {
-  Wire w{fem::assemble(wire_body(std::move(centreline)), 30), {}, {}, {}};
-  w.drive = fem::SupportMotion{{fem::End::start}, Eigen::Vector3d::UnitY()};
+/// Shaken at its start along y, turned by `angle` [rad] towards z; support forces read at its end in the
+/// first `outputs` of y, x, z.
+inline Wire wire(fem::Centreline centreline, int outputs, int elements = 30, double angle = 0.0) {
+  Wire w{fem::assemble(wire_body(std::move(centreline)), elements), {}, {}, {}};
+  w.drive = fem::SupportMotion{{fem::End::start}, Eigen::Vector3d(0.0, std::cos(angle), std::sin(angle))};
   const std::vector<Eigen::Vector3d> directions = {Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitX(),
                                                    Eigen::Vector3d::UnitZ()};
   w.measurement.what = fem::SupportForce{fem::End::end};
@@ -45,12 +46,12 @@ inline Wire wire(fem::Centreline centreline, int outputs) {
   return w;
 }
 
-inline Wire curved_wire(int outputs = 3) {
+inline Wire curved_wire(int outputs = 3, int elements = 30, double angle = 0.0) {
   return wire(
       fem::spline_through(
           {{0, 0, 0}, {0.18, 0.06, 0.01}, {0.36, 0.02, 0.09}, {0.52, -0.05, 0.13}, {0.62, -0.02, 0.16}},
           0.68),
-      outputs);
+      outputs, elements, angle);
 }
 inline Wire straight_wire() {
   return wire(fem::straight_line({0, 0, 0}, {0.68, 0, 0}), 1);
