@@ -54,10 +54,11 @@ struct HarmonicOptions {
 HarmonicResponse harmonic_response(const Model& model, const Drive& drive, const Measurement& measurement,
                                    const Eigen::VectorXd& frequency_hz, const HarmonicOptions& options = {});
 
-/// Modal constants of the same function in the form in which a hysteretic mode is an exact circle,
-/// H = ... + C_r/(omega_r^2(1 + i eta) - omega^2): apparent mass (force/motion), receptance
-/// (displacement/force). modes x outputs, real: for force/motion C_r = omega_r^2 G_out G_in with G the
-/// participation; for displacement/force phi_out phi_in. omega_r from `youngs_modulus`.
+/// Modal constants of the same function in the form in which a hysteretic mode is an exact circle: apparent
+/// mass (force/motion), receptance (displacement/force). modes x outputs, real, omega_r from `youngs_modulus`.
+/// Through a support H = ... + C_r (1 + i eta)/(omega_r^2(1 + i eta) - omega^2), for force/motion
+/// C_r = omega_r^2 G_out G_in with G the participation; for displacement/force H = ... + C_r/(...),
+/// C_r = phi_out phi_in (docs/harmonic.md).
 Eigen::MatrixXd modal_constants(const Model& model, const Eigenmodes& modes, const Drive& drive,
                                 const Measurement& measurement, const FrequencyLaw& youngs_modulus);
 
