@@ -55,7 +55,7 @@ HarmonicResponse harmonic_response(const Model& model, const Drive& drive, const
                                    const Eigen::VectorXd& frequency_hz, const HarmonicOptions& options = {});
 
 /// Modal constants of the same function in the form in which a hysteretic mode is an exact circle: apparent
-/// mass (force/motion), receptance (displacement/force). modes x outputs, real, omega_r from `youngs_modulus`.
+/// mass (force/motion), receptance (displacement/force). modes x outputs, real; omega_r from the modulus law.
 /// Through a support H = ... + C_r (1 + i eta)/(omega_r^2(1 + i eta) - omega^2), for force/motion
 /// C_r = omega_r^2 G_out G_in with G the participation; for displacement/force H = ... + C_r/(...),
 /// C_r = phi_out phi_in (docs/harmonic.md).
