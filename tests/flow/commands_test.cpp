@@ -14,7 +14,8 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-const std::vector<std::string> commands = {"frf", "modes", "fit", "predict", "compare", "identify", "eigen"};
+const std::vector<std::string> commands = {"frf", "modes", "fit", "predict", "compare",
+                                           "identify", "eigen", "simulate"};
 
 TEST(Commands, HelpListsEveryCommand) {
   const Folder folder;
