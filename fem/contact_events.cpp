@@ -73,8 +73,7 @@ double touch_time(const PenetrationPath& path, double horizon) {
   double from = 0.0;
   if (path.start_rate < 0.0) {
     from = turning_point(path, 1.0);
-    if (from == never) return never;
-    if (path.at(from) >= 0.0) return never;
+    if (from == never || path.at(from) >= 0.0) return path.at(horizon) > 0.0 ? 0.0 : never;
   }
   if (path.at(horizon) > 0.0) return rising_zero(path, touch, from, horizon);
   if (path.end_rate >= 0.0) return never;

@@ -32,6 +32,10 @@ struct Instant {
   Eigen::VectorXd offset;       ///< h, point-major
   Eigen::VectorXd penetration;  ///< g
   MotionSample motion;
+  Eigen::VectorXd rate;  ///< of g, where known
+  std::vector<char> rate_known;
+
+  void forget_rates() { std::fill(rate_known.begin(), rate_known.end(), 0); }
 };
 
 bool finite(const MotionSample& m) {
@@ -71,18 +75,18 @@ class ModalStepper::State {
   void refresh(Instant& instant, double time);
   void set_geometry(Instant& instant);
   double direction(const Instant& instant, int point, int component) const;
-  double rate(const Instant& instant, int point) const;
+  double rate(Instant& instant, int point) const;
   double mobility(int point) const;
   const StepTable& ladder(int level);
   void load_over(double step, const MotionSample& end);
   void closed_flexibility(const StepTable& table);
   void attempt(const StepTable& table, double end_time);
   void solve_contacts(const StepTable& table);
-  PathEvent event_of(const Instant& start, const Instant& end, int point, double step, double horizon);
+  PathEvent event_of(Instant& start, Instant& end, int point, double step, double horizon);
   PathEvent earliest_event(double step, int& point);
-  double contact_error() const;
+  double contact_error();
   void accept(const StepTable& table, double end_time, bool contact);
-  double locate(double step, PathEvent event, int& point, double target);
+  double locate(double step, PathEvent& event, int& point, double target);
   void fire(int point, ContactEvent::Kind kind);
   void fire_due(double step);
   void strike(int point, double approach_speed);
@@ -113,7 +117,6 @@ class ModalStepper::State {
   Eigen::ArrayXd mean_, slope_, contact_load_;
   EnergyLedger energy_;
   bool drives_[3] = {};
-  int tries_ = 0;        ///< of locate
   int stalled_ = 0;      ///< events in a row without a step between
   bool frozen_ = false;  ///< one step without event search, after a stall
 };
@@ -173,6 +176,8 @@ void ModalStepper::State::prepare() {
     instant->v.setZero(system_.poles.modes);
     instant->offset.setZero(rows);
     instant->penetration.setZero(point_count());
+    instant->rate.setZero(point_count());
+    instant->rate_known.assign(point_count(), 0);
   }
   for (int k = 0; k < n; ++k) {
     const ModalOrigin origin = system_.pole_origin[k];
@@ -222,6 +227,7 @@ void ModalStepper::State::refresh(Instant& instant, double time) {
 }
 
 void ModalStepper::State::set_geometry(Instant& instant) {
+  instant.forget_rates();
   const int d = system_.dimension;
   for (int i = 0; i < point_count(); ++i) {
     instant.penetration[i] = contact_distance(points_[i].shape, &instant.offset[i * d], d) - points_[i].gap;
@@ -313,7 +319,8 @@ double ModalStepper::State::direction(const Instant& instant, int point, int com
   return size > 0.0 ? instant.offset[point * d + component] / size : 0.0;
 }
 
-double ModalStepper::State::rate(const Instant& instant, int point) const {
+double ModalStepper::State::rate(Instant& instant, int point) const {
+  if (instant.rate_known[point]) return instant.rate[point];
   const int d = system_.dimension;
   double sum = 0.0;
   for (int s = 0; s < d; ++s) {
@@ -322,6 +329,8 @@ double ModalStepper::State::rate(const Instant& instant, int point) const {
     const int row = point * d + s;
     sum += n * (system_.rows.row(row).dot(instant.v) + system_.motion[row] * instant.motion.velocity);
   }
+  instant.rate[point] = sum;
+  instant.rate_known[point] = 1;
   return sum;
 }
 
@@ -337,7 +346,8 @@ const StepTable& ModalStepper::State::ladder(int level) {
   if (static_cast<int>(ladder_.size()) <= level) ladder_.resize(level + 1);
   if (!ladder_[level]) {
     auto table = std::make_unique<StepTable>();
-    set_step(system_.poles, control_.step_at(level), true, table->coefficients);
+    set_step(system_.poles, control_.step_at(level), table->coefficients);
+    set_energy(system_.poles, table->coefficients);
     const auto& flexibility = table->coefficients.flexibility;
     table->flexibility = system_.rows * flexibility.matrix().asDiagonal() * system_.rows.transpose();
     if (system_.static_flexibility.size()) table->flexibility += system_.static_flexibility;
@@ -459,7 +469,7 @@ void ModalStepper::State::solve_contacts(const StepTable& table) {
 
 /// Estimated displacement error of the step: constant instead of linear contact forces, W dF/6 [m] (a free
 /// mass under a force that changes by dF over the step is off by h^2 dF/(12 m), W = h^2/(2 m)).
-double ModalStepper::State::contact_error() const {
+double ModalStepper::State::contact_error() {
   double worst = 0.0;
   for (const ClosedContact& c : closed_) {
     const double start = phase_force(*c.law, c.phase, c.start_penetration, rate(now_, c.point));
@@ -514,7 +524,7 @@ void ModalStepper::State::accept(const StepTable& table, double end_time, bool c
 // ---- events
 // ------------------------------------------------------------------------------------------------------
 
-PathEvent ModalStepper::State::event_of(const Instant& start, const Instant& end, int point, double step,
+PathEvent ModalStepper::State::event_of(Instant& start, Instant& end, int point, double step,
                                         double horizon) {
   const double g0 = start.penetration[point];
   const double g1 = end.penetration[point];
@@ -544,31 +554,30 @@ PathEvent ModalStepper::State::earliest_event(double step, int& point) {
 
 /// Shortens the step until it ends at its first event, to the slack. Returns its length, the attempt standing
 /// in next_; or 0 when the event is due at once.
-double ModalStepper::State::locate(double step, PathEvent event, int& point, double target) {
+double ModalStepper::State::locate(double step, PathEvent& event, int& point, double target) {
   const double slack = control_.event_slack();
   constexpr int newton_tries = 8;  // bisection afterwards
   double lo = 0.0;
   double hi = step;
   double length = event.time;
-  while (length > slack) {
-    set_step(system_.poles, length, true, cut_.coefficients);
+  for (int tries = 1; length > slack; ++tries) {
+    set_step(system_.poles, length, cut_.coefficients);
     attempt(cut_, std::min(time_ + length, target));
     ++report_.rejected_steps;
-    const int tries = ++tries_;
-    event = earliest_event(length, point);
-    if (event.time < length - slack) {
+    PathEvent found = earliest_event(length, point);
+    if (found.time < never) event = found;
+    if (found.time < length - slack) {
       hi = length;
-      length = tries < newton_tries ? event.time : 0.5 * (lo + hi);
+      length = tries < newton_tries ? found.time : 0.5 * (lo + hi);
       continue;
     }
-    if (event.time < never || hi - length <= slack) break;
+    if (found.time < never || hi - length <= slack) break;
     // Short of it: the path continued says how far.
-    event = event_of(now_, next_, point, length, hi);
-    if (event.time <= length + slack) break;
+    found = event_of(now_, next_, point, length, hi);
+    if (found.time <= length + slack) break;
     lo = length;
-    length = tries < newton_tries && event.time < hi ? event.time : 0.5 * (lo + hi);
+    length = tries < newton_tries && found.time < hi ? found.time : 0.5 * (lo + hi);
   }
-  tries_ = 0;
   return length > slack ? length : 0.0;
 }
 
@@ -607,6 +616,7 @@ void ModalStepper::State::strike(int point, double approach_speed) {
   }
   energy_.contact_dissipated += 0.5 * impulse * approach_speed * (1.0 - r);
   modal_velocity(system_.poles, now_.z, now_.v);
+  now_.forget_rates();
 }
 
 /// Fires every event that the accepted step ends with; next_ holds the step's start after the swap.
@@ -635,7 +645,7 @@ void ModalStepper::State::step_toward(double target) {
     if (step >= (target - time_) * (1.0 - 1e-9)) {
       end_time = target;
       step = target - time_;
-      set_step(system_.poles, step, true, cut_.coefficients);
+      set_step(system_.poles, step, cut_.coefficients);
       table = &cut_;
     } else {
       table = &ladder(level);
@@ -643,12 +653,13 @@ void ModalStepper::State::step_toward(double target) {
     control_.begin_step();
     attempt(*table, end_time);
     int point = -1;
-    const PathEvent event = frozen_ ? PathEvent{never} : earliest_event(step, point);
+    PathEvent event = frozen_ ? PathEvent{never} : earliest_event(step, point);
     if (control_.reject(contact, contact ? contact_error() : 0.0)) {
       ++report_.rejected_steps;
       continue;
     }
     if (event.time == never) {
+      if (table == &cut_) set_energy(system_.poles, cut_.coefficients);
       accept(*table, end_time, contact);
       stalled_ = 0;
       return;
@@ -661,6 +672,7 @@ void ModalStepper::State::step_toward(double target) {
       frozen_ = ++stalled_ > 8 + 4 * point_count();
       return;
     }
+    set_energy(system_.poles, cut_.coefficients);
     accept(cut_, std::min(time_ + length, target), contact);
     stalled_ = 0;
     fire_due(length);

@@ -9,22 +9,32 @@ namespace {
 
 using Complex = std::complex<double>;
 
+/// Product without the checks for infinities that the standard asks of operator*.
+Complex times(Complex a, Complex b) {
+  return {a.real() * b.real() - a.imag() * b.imag(), a.real() * b.imag() + a.imag() * b.real()};
+}
+
+constexpr double reciprocal[] = {0.0,     1.0,     1.0 / 2, 1.0 / 3,  1.0 / 4,  1.0 / 5,  1.0 / 6,
+                                 1.0 / 7, 1.0 / 8, 1.0 / 9, 1.0 / 10, 1.0 / 11, 1.0 / 12, 1.0 / 13};
+
 /// (e^x - 1)/x and ((e^x - 1)/x - 1)/x: by their series near zero, where the quotients would cancel.
 struct Phi {
   Complex exponential, one, two;
 };
 
-Phi phi_functions(Complex x) {
+Phi phi_functions(Complex x, Complex inverse) {
   constexpr double series_radius = 0.3;  // twelve terms leave 0.3^13/14! < 1e-17
-  const Complex exponential = std::exp(x);
   if (std::abs(x.real()) + std::abs(x.imag()) > series_radius) {
-    const Complex one = (exponential - 1.0) / x;
-    return {exponential, one, (one - 1.0) / x};
+    const double size = std::exp(x.real());
+    const Complex exponential(size * std::cos(x.imag()), size * std::sin(x.imag()));
+    const Complex one = times(exponential - 1.0, inverse);
+    return {exponential, one, times(one - 1.0, inverse)};
   }
   Complex two = 0.0;
-  for (int n = 13; n >= 2; --n) two = (1.0 + two * x) / static_cast<double>(n);
+  for (int n = 13; n >= 2; --n) two = (1.0 + times(two, x)) * reciprocal[n];
   // two = 1/2 + x/6 + x^2/24 + ..., and one = 1 + x two.
-  return {1.0 + x * (1.0 + x * two), 1.0 + x * two, two};
+  const Complex one = 1.0 + times(x, two);
+  return {1.0 + times(x, one), one, two};
 }
 
 double real_phi_one(double x) {
@@ -62,28 +72,18 @@ double real_pair_velocity_square(const PoleArrays& poles, int k, const StepCoeff
 
 }  // namespace
 
-void set_step(const PoleArrays& poles, double step, bool with_energy, StepCoefficients& c) {
+void set_step(const PoleArrays& poles, double step, StepCoefficients& c) {
   const int n = poles.size();
   c.step = step;
   for (Eigen::ArrayXd* array : {&c.e_re, &c.e_im, &c.a_re, &c.a_im, &c.b_re, &c.b_im}) array->resize(n);
   c.flexibility.setZero(poles.modes);
-  if (with_energy) {
-    for (Eigen::ArrayXd* array : {&c.int_re, &c.int_im, &c.int_abs2, &c.int_square_re, &c.int_square_im}) {
-      array->resize(poles.single);
-    }
-  }
-  c.real_pair.clear();
-  if (with_energy) {
-    for (const int k : poles.real_pair) {
-      c.real_pair.push_back(real_pair_integrals(poles.re[k], poles.re[k + 1], step));
-    }
-  }
+  c.with_energy = false;
   for (int k = 0; k < n; ++k) {
-    const Phi phi = phi_functions(step * at(poles.re, poles.im, k));
-    const Complex integral = step * phi.one;
-    const Complex residue = at(poles.residue_re, poles.residue_im, k);
-    const Complex a = residue * integral;
-    const Complex b = residue * step * (phi.two - 0.5 * phi.one);
+    const Phi phi =
+        phi_functions(step * at(poles.re, poles.im, k), at(poles.inverse_re, poles.inverse_im, k) / step);
+    const Complex residue = step * at(poles.residue_re, poles.residue_im, k);
+    const Complex a = times(residue, phi.one);
+    const Complex b = times(residue, phi.two - 0.5 * phi.one);
     c.e_re[k] = phi.exponential.real();
     c.e_im[k] = phi.exponential.imag();
     c.a_re[k] = a.real();
@@ -91,14 +91,29 @@ void set_step(const PoleArrays& poles, double step, bool with_energy, StepCoeffi
     c.b_re[k] = b.real();
     c.b_im[k] = b.imag();
     c.flexibility[poles.mode[k]] += a.real();
-    if (with_energy && k < poles.single) {
-      const Complex square = integral * 0.5 * (phi.exponential + 1.0);
-      c.int_re[k] = integral.real();
-      c.int_im[k] = integral.imag();
-      c.int_abs2[k] = step * real_phi_one(2.0 * poles.re[k] * step);
-      c.int_square_re[k] = square.real();
-      c.int_square_im[k] = square.imag();
-    }
+  }
+}
+
+void set_energy(const PoleArrays& poles, StepCoefficients& c) {
+  if (c.with_energy) return;
+  c.with_energy = true;
+  for (Eigen::ArrayXd* array : {&c.int_re, &c.int_im, &c.int_abs2, &c.int_square_re, &c.int_square_im}) {
+    array->resize(poles.single);
+  }
+  for (int k = 0; k < poles.single; ++k) {
+    // a = r I: the integral I of exp(mu t) is a/r.
+    const Complex residue = at(poles.residue_re, poles.residue_im, k);
+    const Complex integral = times(at(c.a_re, c.a_im, k), std::conj(residue)) / std::norm(residue);
+    const Complex square = times(integral, 0.5 * (at(c.e_re, c.e_im, k) + 1.0));
+    c.int_re[k] = integral.real();
+    c.int_im[k] = integral.imag();
+    c.int_abs2[k] = c.step * real_phi_one(2.0 * poles.re[k] * c.step);
+    c.int_square_re[k] = square.real();
+    c.int_square_im[k] = square.imag();
+  }
+  c.real_pair.clear();
+  for (const int k : poles.real_pair) {
+    c.real_pair.push_back(real_pair_integrals(poles.re[k], poles.re[k + 1], c.step));
   }
 }
 

@@ -34,6 +34,7 @@ struct StepCoefficients {
   Eigen::ArrayXd e_re, e_im, a_re, a_im, b_re, b_im;
   Eigen::ArrayXd flexibility;  ///< per mode: q(h) from rest under a constant unit load [s^2]
 
+  bool with_energy = false;
   // For the energy: integrals of exp(mu t), |exp(mu t)|^2 and exp(mu t)^2 over the step (single poles only).
   Eigen::ArrayXd int_re, int_im, int_abs2, int_square_re, int_square_im;
   /// The same of the two real exponentials of an overdamped mode, alone and in products.
@@ -43,7 +44,9 @@ struct StepCoefficients {
   std::vector<RealPair> real_pair;
 };
 
-void set_step(const PoleArrays& poles, double step, bool with_energy, StepCoefficients& coefficients);
+void set_step(const PoleArrays& poles, double step, StepCoefficients& coefficients);
+/// Adds what step_energy() needs, once per step length.
+void set_energy(const PoleArrays& poles, StepCoefficients& coefficients);
 
 /// z(h) without contact; `mean` and `slope` per mode.
 void propagate(const PoleArrays& poles, const StepCoefficients& coefficients, const Eigen::ArrayXd& mean,
