@@ -1,1 +1,309 @@
 #include "ident/mode_identification.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+
+#include "fem/error.hpp"
+#include "ident/band_fit.hpp"
+#include "ident/circle_fit.hpp"
+#include "ident/half_power.hpp"
+#include "ident/mode_flags.hpp"
+#include "ident/noise_floor.hpp"
+#include "ident/resonance_search.hpp"
+
+namespace struna::ident {
+namespace {
+
+constexpr std::array<std::pair<ModeMethod, const char*>, 4> method_words = {
+    {{ModeMethod::automatic, "auto"},
+     {ModeMethod::circle, "circle"},
+     {ModeMethod::half_power, "half-power"},
+     {ModeMethod::multi, "multi"}}};
+constexpr long least_window_lines = 7;
+constexpr int window_passes = 4;
+
+struct Context {
+  TransferFunction tf;  // circle form, band, with sigma
+  bool sigma_known = true;
+  double spacing_hz = 0.0;
+  double lo_hz = 0.0;
+  double hi_hz = 0.0;
+  ModeOptions options;
+};
+
+void check(const ModeOptions& options) {
+  if (options.band_lo_hz < 0.0 || (options.band_hi_hz != 0.0 && options.band_hi_hz <= options.band_lo_hz))
+    throw Error(fmt::format("identify_modes: band with 0 <= lower < upper, got {}:{}", options.band_lo_hz,
+                            options.band_hi_hz));
+  for (const auto* list : {&options.frequencies_hz, &options.extra_hz})
+    for (const double f : *list)
+      if (!(f > 0.0)) throw Error(fmt::format("identify_modes: listed frequencies above 0 Hz, got {}", f));
+}
+
+Context prepare(const TransferFunction& tf, const ModeOptions& options) {
+  check(options);
+  Context context;
+  context.options = options;
+  // Noise is judged in the form measured, where it is smooth; 1/omega^2 would tilt it steeply at the low end.
+  const TransferFunction noisy = with_noise_floor(tf);
+  TransferFunction form = to_circle_form(noisy, options.damping);
+  if (options.band_hi_hz > 0.0) form = restrict_band(form, options.band_lo_hz, options.band_hi_hz);
+  if (form.lines() < 5)
+    throw Error(fmt::format("identify_modes: at least 5 lines above 0 Hz in the band, got {}; widen the band",
+                            form.lines()));
+  context.sigma_known = has_sigma(tf);
+  context.tf = form;
+  context.lo_hz = form.frequency_hz(0);
+  context.hi_hz = form.frequency_hz(form.lines() - 1);
+  context.spacing_hz = (context.hi_hz - context.lo_hz) / static_cast<double>(form.lines() - 1);
+  for (const auto* list : {&options.frequencies_hz, &options.extra_hz})
+    for (const double f : *list)
+      if (f < context.lo_hz || f > context.hi_hz)
+        throw Error(fmt::format("identify_modes: listed frequencies within the band {} to {} Hz, got {}",
+                                context.lo_hz, context.hi_hz, f));
+  return context;
+}
+
+// Peaks, and the user's frequencies where there is no peak within a bandwidth.
+std::vector<Pole> candidates(const Context& context) {
+  std::vector<Pole> poles = find_peaks(context.tf);
+  std::vector<double> damping;
+  for (const Pole& pole : poles) damping.push_back(pole.loss_factor);
+  std::sort(damping.begin(), damping.end());
+  const double typical = damping.empty() ? 0.01 : damping[damping.size() / 2];
+  for (const auto* list : {&context.options.frequencies_hz, &context.options.extra_hz})
+    for (const double f : *list)
+      if (std::none_of(poles.begin(), poles.end(), [&](const Pole& pole) {
+            return std::abs(pole.natural_frequency_hz - f) < std::max(bandwidth_hz(pole), context.spacing_hz);
+          }))
+        poles.push_back({f, std::max(typical, 2.0 * context.spacing_hz / f)});
+  std::sort(poles.begin(), poles.end(),
+            [](const Pole& a, const Pole& b) { return a.natural_frequency_hz < b.natural_frequency_hz; });
+  return poles;
+}
+
+struct Window {
+  double lo_hz = 0.0;
+  double hi_hz = 0.0;
+};
+
+// A bandwidth either side, not past the middle between neighbours; at least seven lines all the same.
+Window window_around(const Context& context, const Pole& pole, double left_hz, double right_hz) {
+  const double f = pole.natural_frequency_hz;
+  const double least = 0.5 * static_cast<double>(least_window_lines) * context.spacing_hz;
+  const double reach = bandwidth_hz(pole);
+  Window window;
+  window.lo_hz = std::min(f - least, std::max(f - reach, 0.5 * (left_hz + f)));
+  window.hi_hz = std::max(f + least, std::min(f + reach, 0.5 * (right_hz + f)));
+  window.lo_hz = std::max(context.lo_hz, std::min(window.lo_hz, context.hi_hz - 2.0 * least));
+  window.hi_hz = std::min(context.hi_hz, std::max(window.hi_hz, context.lo_hz + 2.0 * least));
+  return window;
+}
+
+// Circle fits from a start pole, the window following the fit until it stays.
+Mode circle_of(const Context& context, Pole pole, double left_hz, double right_hz) {
+  CircleFitOptions options;
+  options.damping = context.options.damping;
+  options.sigma_known = context.sigma_known;
+  Mode mode;
+  for (int pass = 0; pass < window_passes; ++pass) {
+    const Window window = window_around(context, pole, left_hz, right_hz);
+    mode = fit_circle(context.tf, pole.natural_frequency_hz, window.lo_hz, window.hi_hz, options);
+    const bool inside = mode.natural_frequency_hz > window.lo_hz && mode.natural_frequency_hz < window.hi_hz;
+    if (!inside) break;
+    const Pole next{mode.natural_frequency_hz,
+                    std::clamp(mode.loss_factor, 0.5 * pole.loss_factor, 2.0 * pole.loss_factor)};
+    const bool stays =
+        std::abs(next.loss_factor - pole.loss_factor) < 0.1 * pole.loss_factor &&
+        std::abs(next.natural_frequency_hz - pole.natural_frequency_hz) < 0.1 * bandwidth_hz(pole);
+    pole = next;
+    if (stays) break;
+  }
+  return mode;
+}
+
+// Why a single-mode fit is no mode; empty when it may be one.
+std::string objection(const Context& context, const Mode& mode) {
+  if (mode.natural_frequency_hz <= mode.window_lo_hz || mode.natural_frequency_hz >= mode.window_hi_hz)
+    return "no resonance in its window";
+  if (!(mode.loss_factor > 1e-5 && mode.loss_factor < 0.5))
+    return fmt::format("loss factor {:.3g} outside 1e-5 to 0.5", mode.loss_factor);
+  if (mode.loss_factor * mode.natural_frequency_hz < 0.3 * context.spacing_hz)
+    return fmt::format("half-power band {:.3g} Hz far below the line spacing {:.3g} Hz",
+                       mode.loss_factor * mode.natural_frequency_hz, context.spacing_hz);
+  if (mode.loss_factor_sigma > 0.5 * mode.loss_factor) return "drowned in noise";
+  return "";
+}
+
+// The narrowest start that leads to a mode: noise on a peak makes its flanks look steeper than they are.
+Mode sound_circle_of(const Context& context, const Pole& pole, double left_hz, double right_hz) {
+  Mode first = circle_of(context, pole, left_hz, right_hz);
+  if (objection(context, first).empty()) return first;
+  for (const double wider : {2.0, 4.0}) {
+    const Pole start{pole.natural_frequency_hz, std::min(0.4, wider * pole.loss_factor)};
+    Mode mode = circle_of(context, start, left_hz, right_hz);
+    if (objection(context, mode).empty()) return mode;
+  }
+  return first;
+}
+
+std::vector<Mode> circles_of(const Context& context, const std::vector<Pole>& poles) {
+  std::vector<Mode> modes;
+  for (std::size_t r = 0; r < poles.size(); ++r) {
+    const double left = r > 0 ? poles[r - 1].natural_frequency_hz : 0.0;
+    const double right =
+        r + 1 < poles.size() ? poles[r + 1].natural_frequency_hz : std::numeric_limits<double>::infinity();
+    modes.push_back(sound_circle_of(context, poles[r], left, right));
+  }
+  return modes;
+}
+
+void single_mode_fits(const Context& context, const std::vector<Pole>& poles, ModeSet& set) {
+  if (context.options.method == ModeMethod::circle) {
+    set.modes = circles_of(context, poles);
+  } else {
+    for (std::size_t r = 0; r < poles.size(); ++r) {
+      const double left =
+          r > 0 ? 0.5 * (poles[r - 1].natural_frequency_hz + poles[r].natural_frequency_hz) : 0.0;
+      const double right = r + 1 < poles.size()
+                               ? 0.5 * (poles[r + 1].natural_frequency_hz + poles[r].natural_frequency_hz)
+                               : context.hi_hz;
+      set.modes.push_back(
+          fit_half_power(context.tf, poles[r].natural_frequency_hz, left, right, context.options.damping));
+    }
+  }
+  std::erase_if(set.modes, [&](const Mode& mode) {
+    const std::string reason = objection(context, mode);
+    if (!reason.empty()) set.rejected.push_back({mode.natural_frequency_hz, reason});
+    return !reason.empty();
+  });
+}
+
+// The circles of a multi-mode fit's modes, each from its own pole: they illustrate.
+void attach_circles(const Context& context, std::vector<Mode>& modes) {
+  std::vector<Pole> poles;
+  for (const Mode& mode : modes) poles.push_back({mode.natural_frequency_hz, mode.loss_factor});
+  const std::vector<Mode> circles = circles_of(context, poles);
+  for (std::size_t r = 0; r < modes.size(); ++r) {
+    if (!objection(context, circles[r]).empty()) continue;
+    modes[r].circle_natural_frequency_hz = circles[r].circle_natural_frequency_hz;
+    modes[r].circle_loss_factor = circles[r].circle_loss_factor;
+    modes[r].circles = circles[r].circles;
+    modes[r].window_lo_hz = circles[r].window_lo_hz;
+    modes[r].window_hi_hz = circles[r].window_hi_hz;
+    if (circles[r].has(ModeFlag::poor_circle)) add_flag(modes[r], ModeFlag::poor_circle);
+  }
+}
+
+void multi_mode_fits(const Context& context, const std::vector<Pole>& poles, ModeSet& set) {
+  const bool with_circles = context.options.method == ModeMethod::automatic;
+  std::vector<Mode> start(poles.size());
+  if (with_circles) start = circles_of(context, poles);
+  for (std::size_t r = 0; r < poles.size(); ++r) {
+    if (with_circles && objection(context, start[r]).empty()) continue;
+    start[r] = Mode();
+    start[r].natural_frequency_hz = poles[r].natural_frequency_hz;
+    start[r].loss_factor = poles[r].loss_factor;
+  }
+  BandFitOptions options;
+  options.damping = context.options.damping;
+  options.sigma_known = context.sigma_known;
+  BandFit fit = fit_band(context.tf, start, options);
+  set.modes = std::move(fit.modes);
+  set.rejected = std::move(fit.rejected);
+  if (with_circles) attach_circles(context, set.modes);
+}
+
+// Only the modes nearest to the user's frequencies, each within three bandwidths of its own.
+void keep_listed(const std::vector<double>& frequencies_hz, ModeSet& set) {
+  std::vector<Mode> kept;
+  std::vector<RejectedCandidate> rejected;
+  for (const double f : frequencies_hz) {
+    const auto nearest =
+        std::min_element(set.modes.begin(), set.modes.end(), [&](const Mode& a, const Mode& b) {
+          return std::abs(a.natural_frequency_hz - f) < std::abs(b.natural_frequency_hz - f);
+        });
+    if (nearest == set.modes.end() || std::abs(nearest->natural_frequency_hz - f) >
+                                          3.0 * nearest->loss_factor * nearest->natural_frequency_hz) {
+      const auto why =
+          std::min_element(set.rejected.begin(), set.rejected.end(), [&](const auto& a, const auto& b) {
+            return std::abs(a.frequency_hz - f) < std::abs(b.frequency_hz - f);
+          });
+      rejected.push_back(
+          {f, why == set.rejected.end() ? "no mode near it" : "no mode near it: " + why->reason});
+      continue;
+    }
+    kept.push_back(*nearest);
+    set.modes.erase(nearest);
+  }
+  std::sort(kept.begin(), kept.end(),
+            [](const Mode& a, const Mode& b) { return a.natural_frequency_hz < b.natural_frequency_hz; });
+  set.modes = std::move(kept);
+  set.rejected = std::move(rejected);
+}
+
+// An exponential window e^(-sigma t) adds sigma to every mode's decay: zeta_added = sigma/omega_r, eta_added
+// twice that.
+void take_out_window_damping(double decay, fem::Damping damping, ModeSet& set) {
+  if (decay == 0.0) return;
+  std::erase_if(set.modes, [&](Mode& mode) {
+    const double added = 2.0 * decay / (2.0 * std::numbers::pi * mode.natural_frequency_hz);
+    if (mode.loss_factor <= added) {
+      set.rejected.push_back(
+          {mode.natural_frequency_hz,
+           fmt::format("loss factor {:.3g} not above the {:.3g} that the exponential window added",
+                       mode.loss_factor, added)});
+      return true;
+    }
+    mode.loss_factor -= added;
+    mode.circle_loss_factor -= added;
+    mode.damping_ratio = 0.5 * mode.loss_factor;
+    const Pole pole{mode.natural_frequency_hz, mode.loss_factor};
+    mode.lower_half_power_hz = lower_half_power_hz(pole, damping);
+    mode.upper_half_power_hz = upper_half_power_hz(pole, damping);
+    return false;
+  });
+}
+
+}  // namespace
+
+ModeMethod mode_method(const std::string& word) {
+  std::string understood;
+  for (const auto& [method, known] : method_words) {
+    if (word == known) return method;
+    understood += (understood.empty() ? "" : ", ") + std::string(known);
+  }
+  throw Error(fmt::format("mode method \"{}\" is not known; understood: {}", word, understood));
+}
+
+std::string to_string(ModeMethod method) {
+  for (const auto& [known, word] : method_words)
+    if (known == method) return word;
+  throw Error("to_string(ModeMethod): not a method");
+}
+
+ModeSet identify_modes(const TransferFunction& tf, const ModeOptions& options) {
+  const Context context = prepare(tf, options);
+  ModeSet set;
+  set.damping = options.damping;
+  set.form = context.tf.outputs.front().kind;
+  for (const auto& output : context.tf.outputs) {
+    set.outputs.push_back(output.name);
+    set.units.push_back(output.unit);
+  }
+  const std::vector<Pole> poles = candidates(context);
+  if (options.method == ModeMethod::circle || options.method == ModeMethod::half_power)
+    single_mode_fits(context, poles, set);
+  else
+    multi_mode_fits(context, poles, set);
+  flag_modes(set.modes, context.spacing_hz, context.lo_hz, context.hi_hz);
+  if (!options.frequencies_hz.empty()) keep_listed(options.frequencies_hz, set);
+  take_out_window_damping(tf.exponential_decay, options.damping, set);
+  return set;
+}
+
+}  // namespace struna::ident

@@ -1,0 +1,74 @@
+#include "ident/mode_flags.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace struna::ident {
+namespace {
+
+double half_power_band(const Mode& mode) {
+  return mode.upper_half_power_hz - mode.lower_half_power_hz;
+}
+
+// Square of what no combination of the columns explains.
+double remainder(const Eigen::MatrixXcd& columns, const Eigen::VectorXcd& vector) {
+  const Eigen::VectorXcd c = (columns.adjoint() * columns).ldlt().solve(columns.adjoint() * vector);
+  return (vector - columns * c).squaredNorm();
+}
+
+}  // namespace
+
+bool is_coarse(const Mode& mode, double line_spacing_hz) {
+  return half_power_band(mode) < coarse_lines * line_spacing_hz;
+}
+
+bool is_noisy(const Mode& mode) {
+  return mode.natural_frequency_sigma > noisy_frequency * half_power_band(mode) ||
+         mode.loss_factor_sigma > noisy_loss_factor * mode.loss_factor;
+}
+
+bool reaches_edge(const Mode& mode, double band_lo_hz, double band_hi_hz) {
+  return mode.lower_half_power_hz < band_lo_hz || mode.upper_half_power_hz > band_hi_hz;
+}
+
+bool are_close(const Mode& mode, const Mode& other) {
+  return std::abs(mode.natural_frequency_hz - other.natural_frequency_hz) <
+         std::max(half_power_band(mode), half_power_band(other));
+}
+
+bool looks_double(const Eigen::MatrixXcd& alone, const Eigen::VectorXcd& g) {
+  const long lines = alone.rows(), outputs = alone.cols();
+  if (outputs < 2 || lines < 6) return false;
+  const Eigen::MatrixXcd gram = alone.adjoint() * alone;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXcd> eigen(gram);
+  const double first = std::sqrt(std::max(0.0, eigen.eigenvalues()(outputs - 1)));
+  const double second = std::sqrt(std::max(0.0, eigen.eigenvalues()(outputs - 2)));
+  const double noise =
+      std::sqrt(2.0) * (std::sqrt(static_cast<double>(lines)) + std::sqrt(static_cast<double>(outputs - 1)));
+  if (second <= double_mode_noise * noise || second <= double_mode_share * first) return false;
+  const Eigen::VectorXcd vector = alone * eigen.eigenvectors().col(outputs - 2);
+  const Eigen::VectorXcd unit = g / g.cwiseAbs().maxCoeff();
+  Eigen::MatrixXcd shapes(lines, 3);
+  shapes << Eigen::VectorXcd::Ones(lines), unit, unit.cwiseProduct(unit);
+  const double without = remainder(shapes.leftCols(2), vector), with = remainder(shapes, vector);
+  return without - with > double_mode_shape * vector.squaredNorm();
+}
+
+void add_flag(Mode& mode, ModeFlag flag) {
+  if (!mode.has(flag)) mode.flags.push_back(flag);
+}
+
+void flag_modes(std::vector<Mode>& modes, double line_spacing_hz, double band_lo_hz, double band_hi_hz) {
+  for (std::size_t r = 0; r < modes.size(); ++r) {
+    Mode& mode = modes[r];
+    if (is_coarse(mode, line_spacing_hz)) add_flag(mode, ModeFlag::coarse);
+    if (is_noisy(mode)) add_flag(mode, ModeFlag::noisy);
+    if (reaches_edge(mode, band_lo_hz, band_hi_hz)) add_flag(mode, ModeFlag::edge);
+    for (std::size_t s = 0; s < modes.size(); ++s)
+      if (s != r && are_close(mode, modes[s])) add_flag(mode, ModeFlag::close_modes);
+  }
+}
+
+}  // namespace struna::ident

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "ident/mode.hpp"
+#include "ident/resonance.hpp"
+#include "ident/transfer_function.hpp"
+
+namespace struna::ident {
+
+/// What stands for everything outside the poles fitted; complex coefficients per output.
+enum class ResidualTerms {
+  constant,  ///< 1
+  linear,    ///< 1, omega^2
+  band       ///< 1/omega^2, 1, omega^2 (mobility: 1/omega, 1, omega): modes below, feedthrough, modes above
+};
+
+struct PoleFitOptions {
+  fem::Damping damping = fem::Damping::structural;
+  ResidualTerms residual = ResidualTerms::band;
+  bool conjugate_term = true;  ///< viscous only: the pole's mirror image at negative frequency
+  bool sigma_known = true;     ///< false: sigma gives weights only, the scatter gives the noise
+  int max_iterations = 100;
+};
+
+struct PoleFit {
+  std::vector<Pole> poles;         ///< in the order of the start values
+  Eigen::MatrixXd covariance;      ///< of (f_1 [Hz], eta_1, f_2, eta_2, …)
+  Eigen::MatrixXcd constant;       ///< C, poles x outputs
+  Eigen::MatrixXd constant_sigma;  ///< of real and imaginary part
+  Eigen::MatrixXcd fitted;         ///< lines x outputs
+  Eigen::MatrixXcd residual;       ///< (data - fitted)/sigma, lines x outputs
+  double chi_square = 0.0;         ///< sum of |residual|^2
+  long degrees_of_freedom =
+      0;  ///< real data less real parameters; chi_square is about this when the model holds
+  double line_correlation =
+      1.0;  ///< neighbouring lines that are worth one: 1 + 2 sum of the residual's autocorrelation
+  bool converged = false;
+};
+
+/// Common poles of all outputs by weighted separable least squares: at each step the constants and residual
+/// terms, in which the model is linear, are eliminated exactly per output, and Levenberg-Marquardt moves only
+/// ln f and ln eta with the projected Jacobian (Golub & Pereyra, SIAM J. Numer. Anal. 10 (1973) 413; Kaufman,
+/// BIT 15 (1975) 49, who drops the part of the derivative that is second order in the residual). Normal
+/// equations give the step, the residual itself gives the gradient, so their squared condition number costs
+/// iterations, not digits. `tf` in circle form, each output with sigma. Covariance: inverse of the projected
+/// Hessian, times line_correlation, times chi_square per degree of freedom where that is above 1 or sigma is
+/// not known.
+PoleFit fit_poles(const TransferFunction& tf, const std::vector<Pole>& start, const PoleFitOptions& options);
+
+/// Pole r of a fit as a mode, without circles (their columns NaN); flag not_converged.
+Mode to_mode(const PoleFit& fit, long r, fem::Damping damping);
+
+}  // namespace struna::ident
