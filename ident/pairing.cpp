@@ -88,11 +88,23 @@ std::vector<Trial> distinct_best(std::vector<Trial> trials) {
   return best;
 }
 
+/// The level alone, at the slope to expect, in steps that no basin falls between: DIRECT can pass over a
+/// narrow one.
+void sweep_level(Search& search, const PairingOptions& options) {
+  const double slope = std::clamp(search.cost->expected_slope(), options.slope_lo, options.slope_hi);
+  std::vector<double> no_gradient;
+  for (double level = std::log(options.modulus_lo); level <= std::log(options.modulus_hi);
+       level += 1.5 * wide_tolerance) {
+    objective({level, slope}, no_gradient, &search);
+  }
+}
+
 /// Global search with a wide tolerance, then local ones from its best basins with the final tolerance.
 Trial search_law(const PairingCost& cost, const PairingOptions& options, bool reversed) {
   Search global{&cost, wide_tolerance, reversed, {}};
   const std::vector<double> middle = {0.5 * std::log(options.modulus_lo * options.modulus_hi),
                                       0.5 * (options.slope_lo + options.slope_hi)};
+  sweep_level(global, options);
   run(nlopt::GN_DIRECT_L, global, options, middle, {}, global_evaluations);
   Search local{&cost, tolerance, reversed, {}};
   for (const Trial& start : distinct_best(global.trials)) {

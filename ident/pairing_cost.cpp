@@ -240,6 +240,13 @@ PairingCost::Assignment PairingCost::assign(const Law& law, double tolerance, in
   }
   result.cost += price_missing.sum();
 
+  // The list of model modes ends somewhere; where that is below measured modes, at least as many model modes
+  // are missing from it.
+  const double highest = ln_frequency(law, units_.back().ln_eigenvalue) + reach * tolerance;
+  for (const Candidate& c : candidates_) {
+    if (c.ln_f > highest) result.cost += price_missing_visible;
+  }
+
   // One column per unit, less what using it saves, and one per measured mode for leaving it alone.
   constexpr double forbidden = 1e6;
   Eigen::MatrixXd cost = Eigen::MatrixXd::Constant(rows, unit_count + rows, forbidden);

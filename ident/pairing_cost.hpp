@@ -50,6 +50,7 @@ class PairingCost {
                     int forbidden_explanation = -1) const;
 
   double reference_ln_f() const { return reference_ln_f_; }
+  double expected_slope() const { return expected_slope_; }
   bool has_constants() const { return has_constants_; }
   const std::vector<Candidate>& candidates() const { return candidates_; }
   const Explanation& explanation(int index) const { return explanations_[static_cast<std::size_t>(index)]; }

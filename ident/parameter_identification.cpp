@@ -20,6 +20,8 @@ constexpr double unknown_modulus_sigma = 5e-3;  // relative, where the modes hav
 constexpr double unknown_loss_factor_sigma = 5e-2;
 constexpr double worst_modulus_sigma = 0.02;  // relative; a mode known worse than this says nothing
 constexpr double worst_loss_factor_sigma = 0.10;
+constexpr double poor_circle_sigma =
+    0.03;  // relative, of a loss factor from a multi-mode fit whose circle is poor
 constexpr double separate_enough = 0.5;  // bandwidths between neighbours whose loss factors can be told apart
 constexpr double one_resonance =
     0.05;  // bandwidths between two modes that widen their common pole too little to matter
@@ -111,9 +113,11 @@ double neighbour_distance(const std::vector<Mode>& modes, std::size_t mine) {
   return nearest / (modes[mine].loss_factor * modes[mine].natural_frequency_hz);
 }
 
-/// The circle's own values stand in the mode: nothing has taken the neighbours out of them.
-bool is_circle_alone(const Mode& mode) {
-  return mode.circle_natural_frequency_hz == mode.natural_frequency_hz;
+/// A multi-mode fit has taken the neighbours out: it has standard errors and its values are not the circle's
+/// own.
+bool is_refined(const Mode& mode) {
+  return std::isfinite(mode.loss_factor_sigma) &&
+         mode.circle_natural_frequency_hz != mode.natural_frequency_hz;
 }
 
 /// Why neither the modulus nor the loss factor can be had from this mode.
@@ -137,7 +141,9 @@ std::optional<std::string> distrust_loss_factor(const Pair& pair, const Mode& mo
     return fmt::format("loss factor: must be positive, got {}", mode.loss_factor);
   }
   if (mode.has(ModeFlag::coarse)) return "loss factor: coarse: too few lines in the half-power band";
-  if (mode.has(ModeFlag::poor_circle)) return "loss factor: poor_circle: not the circle of one mode";
+  if (mode.has(ModeFlag::poor_circle) && !is_refined(mode)) {
+    return "loss factor: poor_circle: not the circle of one mode";
+  }
   if (spread > one_resonance) {
     return fmt::format("loss factor: one pole for two modes {:.2f} bandwidths apart", spread);
   }
@@ -145,7 +151,7 @@ std::optional<std::string> distrust_loss_factor(const Pair& pair, const Mode& mo
     return "loss factor: double_mode: one pole for two modes that the model does not have";
   }
   if (mode.has(ModeFlag::close_modes)) {
-    if (is_circle_alone(mode)) return "loss factor: close_modes: the circle is not this mode's own";
+    if (!is_refined(mode)) return "loss factor: close_modes: the circle is not this mode's own";
     if (neighbour < separate_enough) {
       return fmt::format("loss factor: close_modes: a neighbour {:.2f} bandwidths away", neighbour);
     }
@@ -177,7 +183,7 @@ struct Points {
 double relative_modulus_sigma(const Pair& pair, const Mode& mode, const FitOptions& options) {
   double sigma = pair.modulus_sigma / pair.modulus;
   if (!std::isfinite(mode.natural_frequency_sigma)) sigma = std::hypot(sigma, unknown_modulus_sigma);
-  if (mode.has(ModeFlag::close_modes) && is_circle_alone(mode)) {
+  if (mode.has(ModeFlag::close_modes) && !is_refined(mode)) {
     sigma = std::hypot(sigma, 2.0 * close_frequency_error * mode.loss_factor);
   }
   return std::hypot(sigma, options.modulus_floor);
