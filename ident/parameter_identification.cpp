@@ -190,9 +190,10 @@ double relative_modulus_sigma(const Pair& pair, const Mode& mode, const FitOptio
 }
 
 double relative_loss_factor_sigma(const Mode& mode, const FitOptions& options) {
-  const double relative = mode.loss_factor_sigma / mode.loss_factor;
-  return std::hypot(std::isfinite(relative) ? relative : unknown_loss_factor_sigma,
-                    options.loss_factor_floor);
+  const double given = mode.loss_factor_sigma / mode.loss_factor;
+  const double relative = std::isfinite(given) ? given : unknown_loss_factor_sigma;
+  const double doubt = mode.has(ModeFlag::poor_circle) ? poor_circle_sigma : 0.0;
+  return std::hypot(relative, doubt, options.loss_factor_floor);
 }
 
 /// Sorts the pairs' moduli and loss factors (as read, not yet freed of the rising modulus) into the trusted
