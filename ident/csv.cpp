@@ -2,9 +2,14 @@
 
 // Reading ahead in a second thread gains nothing on a file in the page cache and would use a second core.
 #define CSV_IO_NO_THREAD
+#if defined(__GNUC__) && !defined(__clang__)
+// The library's own error type cuts file names at 255 characters with strncpy and ends them by hand.
+#pragma GCC diagnostic ignored "-Wstringop-truncation"
+#endif
 #include <fmt/format.h>
 #include <libfccp/csv.h>
 
+#include <bit>
 #include <cerrno>
 #include <charconv>
 #include <cmath>
@@ -14,11 +19,6 @@
 #include <filesystem>
 
 #include "fem/error.hpp"
-
-#if defined(__GNUC__) && !defined(__clang__)
-// The library's own error type cuts file names at 255 characters with strncpy and ends them by hand.
-#pragma GCC diagnostic ignored "-Wstringop-truncation"
-#endif
 
 namespace struna::ident {
 namespace {
@@ -39,25 +39,43 @@ bool blank(const char* line) {
   return line[std::strspn(line, " \t")] == '\0';
 }
 
-/// The numbers that records are full of: digits that fit a double, times a power of ten that does, so that
-/// one multiplication or division rounds once and correctly (Clinger, PLDI 1990, fast path). False: left to
-/// from_chars.
-bool parse_short(std::string_view text, double& value) {
+/// Appends the decimal digits at `at` to `digits` and moves past them: eight at once, in a register, where
+/// there are eight.
+void take_digits(const char*& at, const char* end, std::uint64_t& digits) {
+  constexpr std::uint64_t ones = 0x0101010101010101;
+  while (std::endian::native == std::endian::little && end - at >= 8) {
+    std::uint64_t text;
+    std::memcpy(&text, at, 8);
+    const std::uint64_t value = text - ones * '0';
+    // A character below '0' or above '9' sets its top bit in one of the two sums.
+    if (((value | (text + ones * (127 - '9'))) & (ones * 0x80)) != 0) break;
+    const std::uint64_t pairs = 10 * value + (value >> 8);  // two digits in every other byte
+    constexpr std::uint64_t mask = 0x000000ff000000ff;
+    const std::uint64_t first_and_third = (pairs & mask) * (100 + (std::uint64_t(1000000) << 32));
+    const std::uint64_t second_and_fourth = ((pairs >> 16) & mask) * (1 + (std::uint64_t(10000) << 32));
+    digits = 100000000 * digits + ((first_and_third + second_and_fourth) >> 32);
+    at += 8;
+  }
+  for (; at < end && static_cast<unsigned char>(*at - '0') < 10; ++at)
+    digits = 10 * digits + static_cast<std::uint64_t>(*at - '0');
+}
+
+/// The numbers that records are full of, at `at`, which moves past them: digits that fit a double, times a
+/// power of ten that does, so that one multiplication or division rounds once and correctly (Clinger, PLDI
+/// 1990, fast path). False, with `at` anywhere: left to from_chars.
+bool take_short_number(const char*& at, const char* end, double& value) {
   static constexpr double tens[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
                                     1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
-  const char* at = text.data();
-  const char* const end = at + text.size();
-  const auto is_digit = [](char c) { return static_cast<unsigned char>(c - '0') < 10; };
   const bool negative = at < end && *at == '-';
-  if (negative) ++at;
+  at += negative;
   std::uint64_t digits = 0;
   const char* const begin = at;
-  for (; at < end && is_digit(*at); ++at) digits = 10 * digits + static_cast<std::uint64_t>(*at - '0');
+  take_digits(at, end, digits);
   long count = at - begin;
   int exponent = 0;
   if (at < end && *at == '.') {
     const char* const fraction = ++at;
-    for (; at < end && is_digit(*at); ++at) digits = 10 * digits + static_cast<std::uint64_t>(*at - '0');
+    take_digits(at, end, digits);
     exponent = static_cast<int>(fraction - at);
     count -= exponent;
   }
@@ -66,12 +84,13 @@ bool parse_short(std::string_view text, double& value) {
     ++at;
     const bool minus = at < end && *at == '-';
     if (at < end && (*at == '-' || *at == '+')) ++at;
-    if (end - at < 1 || end - at > 2) return false;
-    int written = 0;
-    for (; at < end && is_digit(*at); ++at) written = 10 * written + (*at - '0');
-    exponent += minus ? -written : written;
+    const char* const first = at;
+    std::uint64_t written = 0;
+    take_digits(at, end, written);
+    if (at == first || at - first > 2) return false;
+    exponent += minus ? -static_cast<int>(written) : static_cast<int>(written);
   }
-  if (at != end || exponent > 22 || exponent < -22) return false;
+  if (exponent > 22 || exponent < -22) return false;
   const double magnitude = static_cast<double>(digits);
   const double scaled = exponent < 0 ? magnitude / tens[-exponent] : magnitude * tens[exponent];
   value = negative ? -scaled : scaled;
@@ -79,7 +98,7 @@ bool parse_short(std::string_view text, double& value) {
 }
 
 /// A number out of the whole text, with the blanks and the leading '+' that from_chars does not take.
-bool parse_tolerantly(std::string_view text, double& value) {
+bool parse(std::string_view text, double& value) {
   text = trimmed(text);
   if (text.size() > 1 && text[0] == '+' && text[1] != '-') text.remove_prefix(1);
   const auto [end, fault] = std::from_chars(text.data(), text.data() + text.size(), value);
@@ -95,6 +114,7 @@ struct CsvReader::State {
   std::string file;
   io::LineReader lines;
   std::vector<ColumnHeader> header;
+  std::vector<std::string_view> fields;  ///< of a row that next_numbers reads in full
 
   explicit State(const std::string& name) : file(name), lines(open(name)) {}
 
@@ -161,7 +181,10 @@ int CsvReader::column(const std::string& name) const {
 
 bool CsvReader::next(std::vector<std::string_view>& fields) {
   const char* text = state_->next_line();
-  if (!text) return false;
+  return text && accept(text, fields);
+}
+
+bool CsvReader::accept(const char* text, std::vector<std::string_view>& fields) {
   split(text, fields);
   if (fields.size() == state_->header.size() && !(fields.size() == 1 && blank(text))) return true;
   if (!blank(text))
@@ -173,10 +196,41 @@ bool CsvReader::next(std::vector<std::string_view>& fields) {
   return false;
 }
 
+bool CsvReader::next_numbers(const std::vector<int>& slots, std::vector<double>& numbers,
+                             std::string_view& first) {
+  const char* const text = state_->next_line();
+  if (!text) return false;
+  const char* const end = text + std::strlen(text);
+  const char* at = text;
+  std::size_t column = 0;
+  bool plain = true;
+  for (; column < slots.size(); ++column, ++at) {
+    if (slots[column] < 0) {
+      at = static_cast<const char*>(std::memchr(at, ',', static_cast<std::size_t>(end - at)));
+      if (!at) at = end;
+    } else {
+      const char* const begin = at;
+      plain = take_short_number(at, end, numbers[static_cast<std::size_t>(slots[column])]);
+      if (!plain) break;
+      if (slots[column] == 0) first = {begin, static_cast<std::size_t>(at - begin)};
+    }
+    if (at == end || *at != ',') break;
+  }
+  if (plain && at == end && column + 1 == slots.size()) return true;
+  // Blanks, long or odd numbers, faults: in full.
+  if (!accept(text, state_->fields)) return false;
+  for (column = 0; column < slots.size(); ++column) {
+    if (slots[column] < 0) continue;
+    numbers[static_cast<std::size_t>(slots[column])] = number(state_->fields, static_cast<int>(column));
+    if (slots[column] == 0) first = trimmed(state_->fields[column]);
+  }
+  return true;
+}
+
 double CsvReader::number(const std::vector<std::string_view>& fields, int column) const {
   const std::string_view text = fields[static_cast<std::size_t>(column)];
   double value = 0.0;
-  const bool read = parse_short(text, value) || parse_tolerantly(text, value);
+  const bool read = parse(text, value);
   if (read && std::isfinite(value)) return value;
   const std::string& name = state_->header[static_cast<std::size_t>(column)].name;
   if (trimmed(text).empty())

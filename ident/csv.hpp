@@ -9,8 +9,8 @@
 
 namespace struna::ident {
 
-/// Rows of a CSV file, streamed line by line (fast-cpp-csv-parser underneath). Every row must have as many fields as the
-/// header; blank lines at the end are passed over. Faults are Errors with file and line.
+/// Rows of a CSV file, streamed line by line (fast-cpp-csv-parser underneath). Every row must have as many
+/// fields as the header; blank lines at the end are passed over. Faults are Errors with file and line.
 class CsvReader {
  public:
   explicit CsvReader(const std::string& file);
@@ -26,12 +26,20 @@ class CsvReader {
 
   /// The next row's fields, valid until the next call; false at the end.
   bool next(std::vector<std::string_view>& fields);
+  /// The next row's numbers, for long files: the one in column i goes to numbers[slots[i]], columns with a
+  /// negative slot are
+  /// not looked into; `slots` has an entry per column. `first` becomes the text behind numbers[0], valid
+  /// until the next call. Faults as in number().
+  bool next_numbers(const std::vector<int>& slots, std::vector<double>& numbers, std::string_view& first);
   /// Number of the row's line in the file, from 1.
   long line() const;
-  /// A field as a finite number; Error with file, line and column name for text, an empty field, NaN, infinity.
+  /// A field as a finite number; Error with file, line and column name for text, an empty field, NaN,
+  /// infinity.
   double number(const std::vector<std::string_view>& fields, int column) const;
 
  private:
+  bool accept(const char* text, std::vector<std::string_view>& fields);
+
   struct State;
   std::unique_ptr<State> state_;
 };

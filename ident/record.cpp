@@ -48,8 +48,8 @@ class LastText {
 /// Watches a time column: increasing, uniform.
 class Clock {
  public:
-  Clock(const CsvReader& csv, const std::string& file) : column_(csv.column("time")) {
-    const auto& unit = csv.header()[static_cast<std::size_t>(column_)].unit;
+  Clock(const CsvReader& csv, const std::string& file) {
+    const auto& unit = csv.header()[static_cast<std::size_t>(csv.column("time"))].unit;
     if (unit.empty()) throw Error(file, 1, "the time column has no unit: write 'time [s]'");
     const Unit parsed = unit_in_header(file, unit);
     if (parsed.quantity != Quantity::time)
@@ -65,18 +65,19 @@ class Clock {
     }
   }
 
-  void tick(const CsvReader& csv, const std::vector<std::string_view>& fields) {
-    const double time = csv.number(fields, column_) * to_si_;
+  /// `text` is what the number of the time column was read from.
+  void tick(const CsvReader& csv, double number, std::string_view text) {
+    const double time = number * to_si_;
     if (rows_ == 0) {
       start_ = time;
     } else {
       const double step = time - now_;
       const double expected = rows_ == 1 ? step : mean_step();
       if (!(step > 0.0) || std::abs(step - expected) > 0.01 * expected)
-        examine(csv, fields[static_cast<std::size_t>(column_)], time, step, expected);
+        examine(csv, text, time, step, expected);
     }
     now_ = time;
-    last_text_ = LastText(fields[static_cast<std::size_t>(column_)]);
+    last_text_ = LastText(text);
     ++rows_;
   }
 
@@ -116,17 +117,11 @@ class Clock {
             step, expected));
   }
 
-  int column_;
   double to_si_ = 1.0;
   long rows_ = 0;
   double start_ = 0.0;
   double now_ = 0.0;
   LastText last_text_;
-};
-
-struct Source {
-  int column = 0;
-  double factor = 1.0;
 };
 
 void check(const std::string& name, const ChannelCorrection& correction) {
@@ -145,15 +140,22 @@ struct RecordReader::State {
   CsvReader csv;
   Clock clock;
   std::vector<Channel> channels;
-  std::vector<Source> sources;
-  std::vector<std::string_view> fields;
+  std::vector<double> factors;
+  std::vector<int> slots;       ///< of each column in the file: 0 time, k + 1 channel k, -1 none
+  std::vector<double> numbers;  ///< of a row, by slot
+  std::string_view time_text;
 
-  explicit State(const std::string& file) : csv(file), clock(csv, file) {}
+  explicit State(const std::string& file)
+      : csv(file), clock(csv, file), slots(csv.header().size(), -1), numbers(1) {
+    slots[static_cast<std::size_t>(csv.column("time"))] = 0;
+  }
 
   void add_channel(const std::string& name, const ChannelCorrection& correction) {
     check(name, correction);
-    const int column = csv.column(name);
-    const std::string& written = csv.header()[static_cast<std::size_t>(column)].unit;
+    const auto column = static_cast<std::size_t>(csv.column(name));
+    if (slots[column] >= 0)
+      throw Error(csv.file(), 1, fmt::format("column '{}' is asked for twice, or is the clock", name));
+    const std::string& written = csv.header()[column].unit;
     const std::string& unit = correction.unit.empty() ? written : correction.unit;
     if (unit.empty())
       throw Error(
@@ -162,7 +164,9 @@ struct RecordReader::State {
                       name));
     const Unit parsed = Clock::unit_in_header(csv.file(), unit);
     channels.push_back({name, parsed.quantity, correction.delay});
-    sources.push_back({column, parsed.to_si * correction.sensitivity * correction.sign});
+    slots[column] = static_cast<int>(channels.size());
+    numbers.push_back(0.0);
+    factors.push_back(parsed.to_si * correction.sensitivity * correction.sign);
   }
 };
 
@@ -193,20 +197,20 @@ double RecordReader::start() const {
 }
 
 long RecordReader::read(Eigen::MatrixXd& block, long rows) {
-  const long columns = static_cast<long>(state_->sources.size());
+  State& state = *state_;
+  const long columns = static_cast<long>(state.channels.size());
   if (block.rows() < rows || block.cols() != columns) block.resize(rows, columns);
   long row = 0;
-  while (row < rows && state_->csv.next(state_->fields)) {
-    state_->clock.tick(state_->csv, state_->fields);
-    for (long k = 0; k < columns; ++k) {
-      const Source& source = state_->sources[static_cast<std::size_t>(k)];
-      block(row, k) = source.factor * state_->csv.number(state_->fields, source.column);
-    }
+  while (row < rows && state.csv.next_numbers(state.slots, state.numbers, state.time_text)) {
+    state.clock.tick(state.csv, state.numbers[0], state.time_text);
+    for (long k = 0; k < columns; ++k)
+      block(row, k) =
+          state.factors[static_cast<std::size_t>(k)] * state.numbers[static_cast<std::size_t>(k + 1)];
     ++row;
   }
-  if (row < rows && state_->clock.rows() < 2)
-    throw Error(state_->csv.file(), 0,
-                fmt::format("has {} data row(s): a record needs at least 2", state_->clock.rows()));
+  if (row < rows && state.clock.rows() < 2)
+    throw Error(state.csv.file(), 0,
+                fmt::format("has {} data row(s): a record needs at least 2", state.clock.rows()));
   return row;
 }
 
