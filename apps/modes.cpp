@@ -32,15 +32,13 @@ Table modes_table(const ident::ModeSet& set) {
               {}};
   for (std::size_t r = 0; r < set.modes.size(); ++r) {
     const ident::Mode& mode = set.modes[r];
-    std::string flags;
-    for (const ident::ModeFlag flag : mode.flags) flags += (flags.empty() ? "" : ";") + to_string(flag);
     table.rows.push_back({fmt::format("{}", r + 1), number(mode.natural_frequency_hz, "{:.4f}"),
                           number(mode.natural_frequency_sigma, "{:.4f}"),
                           fmt::format("{:.3f} - {:.3f}", mode.lower_half_power_hz, mode.upper_half_power_hz),
                           number(mode.loss_factor, "{:.6f}"), number(mode.loss_factor_sigma, "{:.6f}"),
                           number(mode.damping_ratio, "{:.6f}"),
                           number(mode.circle_natural_frequency_hz, "{:.4f}"),
-                          number(mode.circle_loss_factor, "{:.6f}"), flags});
+                          number(mode.circle_loss_factor, "{:.6f}"), ident::flag_words(mode)});
   }
   return table;
 }
@@ -91,9 +89,10 @@ void add_modes(CLI::App& app) {
   modes->add_option("--damping", arguments->damping, "structural or viscous");
   CLI::Option* const only =
       modes->add_option("--frequencies", arguments->frequencies, "F1,F2,...: these resonances only [Hz]");
-  only->delimiter(',');
+  only->delimiter(',')->allow_extra_args(false);
   modes->add_option("--add", arguments->extra, "F1,F2,...: these besides the ones found [Hz]")
       ->delimiter(',')
+      ->allow_extra_args(false)
       ->excludes(only);
   modes->footer(
       "Examples:\n"

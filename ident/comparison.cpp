@@ -107,10 +107,10 @@ std::vector<PeakDifference> compare_peaks(const std::vector<Peak>& measured,
   return differences;
 }
 
-/// |p^H m|^2/((m^H m)(p^H p)); 0 when either vanishes.
+/// |p^H m|^2/((m^H m)(p^H p)); not defined (NaN) when either vanishes.
 double frac(const Eigen::VectorXcd& measured, const Eigen::VectorXcd& predicted) {
   const double scale = measured.squaredNorm() * predicted.squaredNorm();
-  return scale > 0.0 ? std::norm(predicted.dot(measured)) / scale : 0.0;
+  return scale > 0.0 ? std::norm(predicted.dot(measured)) / scale : std::numeric_limits<double>::quiet_NaN();
 }
 
 OutputComparison compare_output(const Eigen::VectorXd& f, const Output& measured,
@@ -122,16 +122,20 @@ OutputComparison compare_output(const Eigen::VectorXd& f, const Output& measured
   result.frac = frac(measured.value, predicted);
   double sum = 0.0;
   double squares = 0.0;
+  double count = 0.0;
   for (Eigen::Index i = 0; i < f.size(); ++i) {
     const double m = std::abs(measured.value[i]);
     const double p = std::abs(predicted[i]);
-    const double difference = m == p ? 0.0 : decibel(p / m);  // both zero: no difference
+    if (m == 0.0 || p == 0.0) continue;  // no logarithm
+    const double difference = decibel(p / m);
     sum += difference;
     squares += difference * difference;
     result.largest_db = std::max(result.largest_db, std::abs(difference));
+    count += 1.0;
   }
-  result.mean_db = sum / static_cast<double>(f.size());
-  result.log_magnitude_error_db = std::sqrt(squares / static_cast<double>(f.size()));
+  result.mean_db = sum / count;
+  result.log_magnitude_error_db = std::sqrt(squares / count);
+  if (count == 0.0) result.largest_db = std::numeric_limits<double>::quiet_NaN();
   result.peaks = compare_peaks(find_peaks(f, measured.value), find_peaks(f, predicted));
   return result;
 }
@@ -226,8 +230,9 @@ void write_comparison(const Comparison& comparison, const std::string& file) {
       "peak_frequency_error [-],peak_amplitude_error [dB],lines [-],band_lo [Hz],band_hi [Hz],form\n";
   for (const OutputComparison& output : comparison.outputs) {
     text +=
-        fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}\n", output.output, output.frac,
-                    output.log_magnitude_error_db, output.mean_db, output.largest_db, output.peaks.size(),
+        fmt::format("{},{},{},{},{},{},{},{},{},{},{},{}\n", output.output, number_or_nothing(output.frac),
+                    number_or_nothing(output.log_magnitude_error_db), number_or_nothing(output.mean_db),
+                    number_or_nothing(output.largest_db), output.peaks.size(),
                     number_or_nothing(peak_frequency_error(output)),
                     number_or_nothing(peak_amplitude_error_db(output)), output.lines, comparison.lo_hz,
                     comparison.hi_hz, output.kind == FrfKind::unknown ? "unknown" : to_string(output.kind));

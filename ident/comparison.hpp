@@ -33,8 +33,10 @@ struct Comparison {
 /// Compares outputs of the same name over the band that both have, on the measured lines (prediction
 /// interpolated in magnitude and phase between its neighbouring lines where they differ), in the measured
 /// one's form: a prediction whose motion quantity is another is converted. 0, 0: the whole common band. A
-/// peak is a local maximum of |H| that stands 6 dB above the higher of the two saddles beside it. Throws
-/// Error when no output or line is common, or the forms cannot be converted.
+/// peak is a local maximum of |H| that stands 6 dB above the higher of the two saddles beside it. A line
+/// where either function is exactly zero has no logarithm and is left out of the dB figures; what is not
+/// defined at all (a function that vanishes) is NaN, an empty field in the file. Throws Error when no output
+/// or line is common, or the forms cannot be converted.
 Comparison compare(const TransferFunction& measured, const TransferFunction& predicted, double lo_hz = 0.0,
                    double hi_hz = 0.0);
 

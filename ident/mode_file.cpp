@@ -26,12 +26,6 @@ std::string field(double value) {
   return std::isnan(value) ? "" : fmt::format("{:.10g}", value);
 }
 
-std::string flag_words(const Mode& mode) {
-  std::string words;
-  for (const ModeFlag flag : mode.flags) words += (words.empty() ? "" : ";") + to_string(flag);
-  return words;
-}
-
 /// One row of a modes file, by column name; columns and fields may be missing where `optional` is asked.
 class Row {
  public:
@@ -115,9 +109,27 @@ Mode read_mode(const Row& row, const std::vector<std::string>& outputs) {
   return mode;
 }
 
+/// Hand-made tables in other units would be read wrongly without a word.
+void require_units(const CsvReader& csv) {
+  for (const auto& column : csv.header()) {
+    const bool frequency = column.name.starts_with("natural_frequency") ||
+                           column.name.ends_with("half_power") || column.name == "circle_natural_frequency";
+    const bool ratio = column.name.starts_with("loss_factor") || column.name == "damping_ratio" ||
+                       column.name == "circle_loss_factor";
+    if (frequency && column.unit != "Hz")
+      throw Error(csv.file(), 1,
+                  fmt::format("the unit of {} is '{}': it must be Hz", column.name, column.unit));
+    if (ratio && column.unit != "-" && !column.unit.empty())
+      throw Error(
+          csv.file(), 1,
+          fmt::format("the unit of {} is '{}': it must be - (a plain ratio)", column.name, column.unit));
+  }
+}
+
 /// Outputs, form and damping from the constants' columns and their unit.
 ModeSet read_header(const CsvReader& csv) {
   static const std::string ending = "_constant_re";
+  require_units(csv);
   ModeSet set;
   for (const auto& column : csv.header()) {
     if (!column.name.ends_with(ending)) continue;
@@ -139,6 +151,12 @@ ModeSet read_header(const CsvReader& csv) {
 }
 
 }  // namespace
+
+std::string flag_words(const Mode& mode) {
+  std::string words;
+  for (const ModeFlag flag : mode.flags) words += (words.empty() ? "" : ";") + to_string(flag);
+  return words;
+}
 
 void write_modes(const ModeSet& set, const std::string& file) {
   fmt::memory_buffer text;

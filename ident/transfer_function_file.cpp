@@ -54,6 +54,9 @@ std::vector<Columns> find_outputs(const CsvReader& csv) {
     if (header.name == "re") outputs.push_back(columns_with(csv, ""));
     if (header.name.size() > 3 && header.name.ends_with("_re"))
       outputs.push_back(columns_with(csv, header.name.substr(0, header.name.size() - 2)));
+    if (header.name == "im" || (header.name.size() > 3 && header.name.ends_with("_im")))
+      csv.column(header.name.substr(0, header.name.size() - 2) +
+                 "re");  // an error where the real part is missing
   }
   if (outputs.empty())
     throw Error(csv.file(), 1,
