@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <memory>
 #include <optional>
@@ -73,6 +74,23 @@ bool is_force_drive(const fem::Scene& scene) {
   return scene.drive && std::holds_alternative<fem::BodyPoint>(scene.drive->at);
 }
 
+/// A record that was filtered with zeros before its first sample starts with a jump that the support never
+/// made. Tells so when the second difference in the first samples is far above that of the whole record.
+void warn_of_edge(const ident::Record& record, const std::string& file) {
+  const Eigen::VectorXd x = record.samples.col(0);
+  const long n = x.size();
+  if (n < 100) return;
+  const Eigen::VectorXd bend = x.head(n - 2) - 2.0 * x.segment(1, n - 2) + x.tail(n - 2);
+  const double usual = std::sqrt(bend.tail(n - 20).squaredNorm() / static_cast<double>(n - 20));
+  const double first = bend.head(4).cwiseAbs().maxCoeff();
+  if (first > 10.0 * usual) {
+    warn(fmt::format(
+        "{}: the record starts with a jump, {:.0f} times its usual curvature (filtered with zeros before its "
+        "start?): the first tenths of a second of the result answer that jump",
+        file, first / usual));
+  }
+}
+
 /// The motion that the scene asks for; a record's samples are read here.
 fem::MotionHistory motion_of(const fem::Scene& scene) {
   const fem::Excitation& excitation = scene.simulation->excitation;
@@ -93,6 +111,7 @@ fem::MotionHistory motion_of(const fem::Scene& scene) {
                 fmt::format("the record lasts {:g} s, less than the scene's duration = {:g} s", lasts,
                             scene.simulation->duration));
   }
+  if (wanted == ident::Quantity::displacement) warn_of_edge(record, excitation.file);
   return blaming({excitation.file},
                  [&] { return fem::motion_from_samples(record.samples.col(0), record.sample_interval); });
 }

@@ -137,6 +137,9 @@ RunEnd run_modal(const Scene& scene, SimulationPlan& plan, const MotionHistory& 
   options.contact_substeps = simulation.contact_substeps;
   options.highest_mode_hz = cutoff < highest ? cutoff : 0.0;
   options.keep_events = false;
+  // The load enters a step by two moments. At 40 steps per shortest period what they miss is below 1e-4 of a
+  // line; with contact the sampling keeps steps short enough.
+  if (!contact) options.longest_step = 1.0 / (40.0 * motion.highest_hz());
   const MaxwellLaw law = bodies[static_cast<std::size_t>(plan.measured_body)].poles.law;
   const double wanted = contact ? std::max(4.0 * simulation.sample_rate, contact_sampling_hz)
                                 : checks_per_period * motion.highest_hz();
