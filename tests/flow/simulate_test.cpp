@@ -1,0 +1,131 @@
+// Scenes run in time, through the program itself: the wire in its band against its records, a random run
+// against the harmonic response, faults of input, interruption.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <vector>
+
+#include "apps/scene_file.hpp"
+#include "fem/harmonic.hpp"
+#include "ident/record.hpp"
+#include "ident/transfer_function_file.hpp"
+#include "tests/flow/program.hpp"
+
+namespace struna::tests {
+namespace {
+
+std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const auto at = text.find(from);
+  EXPECT_NE(at, std::string::npos) << from;
+  return text.replace(at, from.size(), to);
+}
+
+/// The banded scene with another duration and another record.
+std::string banded_scene(const std::string& duration, const std::string& record, const std::string& column) {
+  std::string text = read_text(sample_data("wire_in_band/scene.toml"));
+  text = replaced(text, "duration = 7.99", "duration = " + duration);
+  text = replaced(text, "\"in_band.csv\"", "\"" + record + "\"");
+  return replaced(text, "column = \"displacement\"", "column = \"" + column + "\"");
+}
+
+double correlation(const Eigen::VectorXd& a, const Eigen::VectorXd& b) {
+  const Eigen::VectorXd x = a.array() - a.mean();
+  const Eigen::VectorXd y = b.array() - b.mean();
+  return x.dot(y) / (x.norm() * y.norm());
+}
+
+TEST(Simulate, WireInItsBandFollowsItsRecords) {
+  const Folder folder;
+  const auto record = sample_data("wire_in_band/in_band.csv").string();
+  folder.write("scene.toml", banded_scene("1.5", record, "displacement"));
+  const auto run = run_struna("simulate scene.toml -o out.csv --contacts contacts.csv", folder);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  EXPECT_NE(run.err.find("starts with a jump"), std::string::npos) << run.err;
+  const auto simulated = ident::read_record((folder / "out.csv").string(), {"displacement", "force_y"});
+  const auto measured = ident::read_record(record, {"displacement", "force_y"});
+  const long count = simulated.samples.rows();
+  ASSERT_EQ(count, 7500);
+  // The motion is the record's own, as written with 9 digits.
+  EXPECT_LT((simulated.samples.col(0) - measured.samples.col(0).head(count)).cwiseAbs().maxCoeff(), 1e-11);
+  // From 0.5 s on: the record's start is a filter's edge. Sensor noise alone leaves 0.995; twice the step of
+  // the independent simulation 0.993.
+  EXPECT_GT(correlation(simulated.samples.col(1).tail(5000), measured.samples.col(1).segment(2500, 5000)),
+            0.985);
+  EXPECT_GT(std::filesystem::file_size(folder / "contacts.csv"), 10000u);
+}
+
+TEST(Simulate, RandomRunHasTheHarmonicTransferFunctionWithinThreeSigma) {
+  const Folder folder;
+  std::string text = read_text(sample_data("paper_gap/no_band.toml"));
+  text = replaced(text, "duration = 4.0", "duration = 20.0");
+  text = replaced(text, "sample_rate = 10000", "sample_rate = 4000");
+  folder.write("scene.toml", text);
+  ASSERT_EQ(run_struna("simulate scene.toml -o records.csv", folder).exit_code, 0);
+  const auto frf = run_struna(
+      "frf records.csv --input displacement --output force_x --output force_y --output force_z "
+      "--band 20:950 --resolution 0.5 -o trfam.csv",
+      folder);
+  ASSERT_EQ(frf.exit_code, 0) << frf.err;
+  const auto tf = ident::read_transfer_function((folder / "trfam.csv").string());
+  const auto path = fem::linear_path(apps::read_scene((folder / "scene.toml").string()));
+  const auto exact = fem::harmonic_response(fem::assemble(path.body), path.drive, path.measurement,
+                                            tf.frequency_hz, {fem::Damping::viscous, false});
+  int beyond = 0, lines = 0;
+  for (std::size_t k = 0; k < tf.outputs.size(); ++k) {
+    const Eigen::VectorXcd error = tf.outputs[k].value - exact.response.col(static_cast<long>(k));
+    for (long i = 0; i < error.size(); ++i, lines += 2) {
+      beyond += std::abs(error[i].real()) > 3.0 * tf.outputs[k].sigma[i];
+      beyond += std::abs(error[i].imag()) > 3.0 * tf.outputs[k].sigma[i];
+    }
+  }
+  // 0.3 % of normal deviates lie beyond; sigma itself comes from some 20 averages, and leakage biases sharp
+  // peaks.
+  EXPECT_LT(beyond, 0.03 * lines) << beyond << " of " << lines;
+}
+
+TEST(Simulate, TellsWhatIsWrongWithARecordInOneLine) {
+  const Folder folder;
+  std::string good = "time [s],displacement [m],force [N],velocity [m/s]\n";
+  for (int i = 0; i < 200; ++i) good += std::to_string(i) + "e-3,1e-6,1,2\n";
+  folder.write("good.csv", good);
+  folder.write("nan.csv", replaced(good, "100e-3,1e-6", "100e-3,nan"));
+  struct Fault {
+    const char* duration;
+    const char* file;
+    const char* column;
+    const char* message;
+  };
+  for (const auto& fault :
+       {Fault{"0.1", "nan.csv", "displacement", "nan.csv:102"}, Fault{"0.1", "good.csv", "motion", "motion"},
+        Fault{"0.1", "good.csv", "velocity", "needs a displacement"},
+        Fault{"0.1", "absent.csv", "displacement", "absent.csv"},
+        Fault{"5.0", "good.csv", "displacement", "less than the scene's duration"}}) {
+    folder.write("scene.toml", banded_scene(fault.duration, fault.file, fault.column));
+    const auto run = run_struna("simulate scene.toml -o out.csv", folder);
+    EXPECT_EQ(run.exit_code, 1) << fault.message;
+    EXPECT_NE(run.err.find(fault.message), std::string::npos) << run.err;
+    EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
+    EXPECT_FALSE(std::filesystem::exists(folder / "out.csv")) << fault.message;
+  }
+  EXPECT_EQ(run_struna("simulate scene.toml -o out.csv --method euler", folder).exit_code, 2);
+}
+
+TEST(Simulate, InterruptionKeepsWhatWasComputed) {
+  const Folder folder;
+  std::string text = read_text(sample_data("paper_filter/case_2.toml"));
+  folder.write("scene.toml", replaced(text, "duration = 10.0", "duration = 1000.0"));
+  const std::string line = "cd '" + folder.path().string() +
+                           "' && timeout --preserve-status -s INT 4 '" STRUNA_PROGRAM
+                           "' --quiet simulate scene.toml -o out.csv 2>err.txt";
+  const int status = std::system(line.c_str());
+  const std::string err = read_text(folder / "err.txt");
+  EXPECT_EQ(WIFEXITED(status) ? WEXITSTATUS(status) : -1, 1) << err;
+  EXPECT_NE(err.find("interrupted"), std::string::npos) << err;
+  const auto record = ident::read_record((folder / "out.csv").string(), {"displacement", "force_y"});
+  EXPECT_GT(record.samples.rows(), 1);
+  EXPECT_LT(record.samples.rows(), 1000 * 10000);
+}
+
+}  // namespace
+}  // namespace struna::tests
