@@ -3,28 +3,16 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <chrono>
-#include <limits>
 
 #include "fem/eigenmodes.hpp"
 #include "fem/harmonic.hpp"
+#include "tests/bench/stopwatch.hpp"
 #include "tests/fem/bodies.hpp"
 
 namespace {
 
 using namespace struna::fem;
-
-template <class Work>
-double best_seconds(int runs, Work work) {
-  double best = std::numeric_limits<double>::infinity();
-  for (int run = 0; run < runs; ++run) {
-    const auto start = std::chrono::steady_clock::now();
-    work();
-    best = std::min(best, std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
-  }
-  return best;
-}
+using struna::tests::best_seconds;
 
 void report(const char* what, double seconds, double reference) {
   fmt::print("{:<28}{:>12.2f}{:>14.2f}{:>8.2f}\n", what, 1e6 * seconds, 1e6 * reference, seconds / reference);
