@@ -82,9 +82,11 @@ class ModalStepper::State {
   void closed_flexibility(const StepTable& table);
   void attempt(const StepTable& table, double end_time);
   void solve_contacts(const StepTable& table);
+  void start_paths();
   PathEvent event_of(Instant& start, Instant& end, int point, double step, double horizon);
   PathEvent earliest_event(double step, int& point);
   double contact_error();
+  double static_normal_flexibility(const ClosedContact& contact) const;
   void accept(const StepTable& table, double end_time, bool contact);
   double locate(double step, PathEvent& event, int& point, double target);
   void fire(int point, ContactEvent::Kind kind);
@@ -107,6 +109,7 @@ class ModalStepper::State {
   StepTable cut_;
   Instant next_;
   std::vector<ContactPhase> phase_;
+  Eigen::VectorXd path_start_;     ///< g at the start of the attempted step, its static deflection in place
   std::vector<double> last_rate_;  ///< secant rate of g over the last step: says which points need a look
   std::vector<double> last_impact_;
   std::vector<ClosedContact> closed_;
@@ -191,6 +194,7 @@ void ModalStepper::State::prepare() {
   next_point_force_.setZero(rows);
   phase_.assign(point_count(), ContactPhase::open);
   force_.assign(point_count(), 0.0);
+  path_start_.setZero(point_count());
   last_rate_.assign(point_count(), 0.0);
   last_impact_.assign(point_count(), -never);
   closed_.reserve(point_count());
@@ -430,7 +434,20 @@ void ModalStepper::State::attempt(const StepTable& table, double end_time) {
   next_point_force_.setZero();
   if (!closed_.empty()) solve_contacts(table);
   set_geometry(next_);
+  start_paths();
   modal_velocity(system_.poles, next_.z, next_.v);
+}
+
+/// Static modes follow the force of the step at once, so the path of a gap starts after that jump.
+void ModalStepper::State::start_paths() {
+  path_start_ = now_.penetration;
+  if (!system_.static_flexibility.size()) return;
+  const int d = system_.dimension;
+  const Eigen::VectorXd offset =
+      now_.offset + system_.static_flexibility * (next_point_force_ - point_force_);
+  for (int i = 0; i < point_count(); ++i) {
+    path_start_[i] = contact_distance(points_[i].shape, &offset[i * d], d) - points_[i].gap;
+  }
 }
 
 void ModalStepper::State::solve_contacts(const StepTable& table) {
@@ -467,6 +484,18 @@ void ModalStepper::State::solve_contacts(const StepTable& table) {
   if (system_.static_flexibility.size()) next_.offset += system_.static_flexibility * next_point_force_;
 }
 
+double ModalStepper::State::static_normal_flexibility(const ClosedContact& c) const {
+  if (!system_.static_flexibility.size()) return 0.0;
+  const int d = system_.dimension;
+  double sum = 0.0;
+  for (int r = 0; r < d; ++r) {
+    for (int s = 0; s < d; ++s) {
+      sum += c.direction[r] * system_.static_flexibility(c.point * d + r, c.point * d + s) * c.direction[s];
+    }
+  }
+  return sum;
+}
+
 /// Estimated displacement error of the step: constant instead of linear contact forces, W dF/6 [m] (a free
 /// mass under a force that changes by dF over the step is off by h^2 dF/(12 m), W = h^2/(2 m)).
 double ModalStepper::State::contact_error() {
@@ -474,7 +503,9 @@ double ModalStepper::State::contact_error() {
   for (const ClosedContact& c : closed_) {
     const double start = phase_force(*c.law, c.phase, c.start_penetration, rate(now_, c.point));
     const double end = phase_force(*c.law, c.phase, c.end_penetration, rate(next_, c.point));
-    worst = std::max(worst, c.normal_flexibility * std::abs(end - start) / 6.0);
+    // Static modes take their part of a change at once, whatever the step.
+    const double flexibility = c.normal_flexibility - static_normal_flexibility(c);
+    worst = std::max(worst, flexibility * std::abs(end - start) / 6.0);
   }
   return worst;
 }
@@ -526,7 +557,7 @@ void ModalStepper::State::accept(const StepTable& table, double end_time, bool c
 
 PathEvent ModalStepper::State::event_of(Instant& start, Instant& end, int point, double step,
                                         double horizon) {
-  const double g0 = start.penetration[point];
+  const double g0 = path_start_[point];
   const double g1 = end.penetration[point];
   const bool open = phase_[point] == ContactPhase::open;
   // In the short steps of contact, only those open points are looked at closely that could reach the wall

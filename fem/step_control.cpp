@@ -11,7 +11,8 @@
 namespace struna::fem {
 namespace {
 
-constexpr int deepest_level = 40;
+/// Steps this much shorter than the longest would never end.
+constexpr int deepest_level = 24;
 /// Shares of the tolerance, calibrated on the benchmark WB-1 so that the largest error over 0.5 s is about
 /// the tolerance (docs/modal_stepping.md).
 constexpr double contact_share = 1e-3;
@@ -137,7 +138,14 @@ bool StepControl::reject(bool contact, double contact_error) {
       contact ? contact_error / (contact_share * options_.tolerance * scale_) : 0.0;
   const double worst = std::max({load_measure_, path_measure_, contact_measure});
   const int tried = level(contact);
-  if (worst > 1.0 && tried < deepest_level) {
+  if (worst > 1.0) {
+    if (tried >= deepest_level) {
+      throw Error(
+          fmt::format("ModalStepper: the tolerance {} needs steps below {:.2g} s; lower the contact's "
+                      "stiffness or damping, or "
+                      "loosen the tolerance",
+                      options_.tolerance, step_at(tried)));
+    }
     (contact ? contact_level_ : free_level_) = tried + 1;
     if (contact && first_after_touch_) touch_level_ = tried + 1;
     return true;
