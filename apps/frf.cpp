@@ -60,8 +60,6 @@ void add_correction(const std::string& text, std::map<std::string, ident::Channe
   }
 }
 
-}
-
 Table outputs_table(const ident::TransferFunction& tf) {
   Table table{{"output", "form", "unit", "largest", "at [Hz]", "mean coherence", "median sigma/|H| [%]"}, {}};
   for (const auto& output : tf.outputs) {
@@ -93,8 +91,9 @@ void run_frf(FrfArguments& arguments) {
   for (const auto& channel : arguments.channels) add_correction(channel, corrections);
 
   progress(fmt::format("reading {} record(s)", arguments.records.size()));
-  const MeasuredTransfer measured =
-      measure_transfer(arguments.records, arguments.input, arguments.outputs, corrections, settings);
+  const MeasuredTransfer measured = blaming(arguments.records, [&] {
+    return measure_transfer(arguments.records, arguments.input, arguments.outputs, corrections, settings);
+  });
   for (const auto& warning : measured.warnings) warn(warning);
   ident::write_transfer_function(measured.function, arguments.to);
 
