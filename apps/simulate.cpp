@@ -181,7 +181,6 @@ Table report_table(const fem::SimulationReport& report) {
     add("modes stepped + static + idle",
         fmt::format("{} + {} + {}{}", report.steps.modes, report.steps.static_modes, report.steps.idle_modes,
                     report.steps.planar ? ", in one plane" : ""));
-    if (report.cutoff_hz > 0.0) add("modes cut off at [Hz]", fmt::format("{:g}", report.cutoff_hz));
   }
   if (report.energy) {
     const auto& energy = *report.energy;

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 
 #include "fem/error.hpp"
@@ -84,27 +83,9 @@ bool has_gravity(const Scene& scene) {
   return !scene.simulation->gravity.isZero(0.0);
 }
 
-/// Modes above it are left to statics [Hz]. Without contact nothing excites them: their inertia is below 1/36
-/// of what is small already. With contact every mode of the mesh is stepped.
-double cutoff_of(double highest_hz, bool contact) {
-  return contact ? std::numeric_limits<double>::infinity() : 6.0 * highest_hz;
-}
-
 /// States sampled per second in front of the anti-alias filter, with contact [Hz]. From 10 to 80 kHz the
 /// half-octave levels of a 5 kHz record change by less than 0.01 dB (docs/simulation.md).
 constexpr double contact_sampling_hz = 40000.0;
-
-double highest_mode_hz(const ModalBody& body) {
-  return body.poles.natural_frequency_hz.maxCoeff();
-}
-
-/// Rows without the inertia of modes that only follow statically.
-void leave_out_static_inertia(const ModalBody& body, double cutoff_hz, std::vector<OutputRow>& rows) {
-  for (long m = 0; m < body.poles.natural_frequency_hz.size(); ++m) {
-    if (body.poles.natural_frequency_hz[m] <= cutoff_hz) continue;
-    for (auto& row : rows) row.on_acceleration[m] = row.on_velocity[m] = 0.0;
-  }
-}
 
 Sampling sampling_of(const Simulation& simulation, double wanted_rate, bool filter) {
   Sampling sampling;
@@ -122,20 +103,14 @@ Sampling sampling_of(const Simulation& simulation, double wanted_rate, bool filt
 RunEnd run_modal(const Scene& scene, SimulationPlan& plan, const MotionHistory& motion, bool contact,
                  const SimulationProgress& progress, TimeResponse& response) {
   const Simulation& simulation = *scene.simulation;
-  const double cutoff = cutoff_of(motion.highest_hz(), contact);
   std::vector<ModalBody> bodies;
-  double highest = 0.0;
   for (const auto& body : plan.bodies) {
     bodies.push_back(modal_body(body.model, body.modes, body.coordinates, body.drive, motion.highest_hz()));
-    highest = std::max(highest, highest_mode_hz(bodies.back()));
   }
-  SimulationPlan sampled = plan;
-  leave_out_static_inertia(bodies[static_cast<std::size_t>(plan.measured_body)], cutoff, sampled.rows);
   ModalSteppingOptions options;
   options.tolerance = simulation.tolerance;
   options.step = simulation.step;
   options.contact_substeps = simulation.contact_substeps;
-  options.highest_mode_hz = cutoff < highest ? cutoff : 0.0;
   options.keep_events = false;
   // The load enters a step by two moments. At 40 steps per shortest period what they miss is below 1e-4 of a
   // line; with contact the sampling keeps steps short enough.
@@ -145,15 +120,9 @@ RunEnd run_modal(const Scene& scene, SimulationPlan& plan, const MotionHistory& 
                                 : checks_per_period * motion.highest_hz();
   const bool check_only = !contact && plan.points.empty();
   const Sampling sampling = sampling_of(simulation, check_only ? 0.0 : wanted, contact);
-  ModalRun stepper(sampled, bodies, contact ? plan.points : std::vector<ContactPoint>{}, motion, options);
+  ModalRun stepper(plan, bodies, contact ? plan.points : std::vector<ContactPoint>{}, motion, options);
   if (has_gravity(scene)) stepper.settle();
-  response.report.cutoff_hz = options.highest_mode_hz;
-  const RunEnd end = run(stepper, sampled, law, motion, sampling, contact, progress, response);
-  for (std::size_t b = 0; b < response.report.bodies.size(); ++b) {
-    const auto& f = bodies[b].poles.natural_frequency_hz;
-    response.report.bodies[b].modes_stepped = static_cast<int>((f.array() <= cutoff).count());
-  }
-  return end;
+  return run(stepper, plan, law, motion, sampling, contact, progress, response);
 }
 
 /// Newmark's body and the modulus law of its reaction. Throws Error where its material is more than E, alpha

