@@ -127,6 +127,16 @@ double clamped_eigenvalue(const Body& body) {
          (body.density * body.section.area * length2 * length2);
 }
 
+bool is_rigid(const Body& body, double eigenvalue) {
+  return eigenvalue < 1e-4 * clamped_eigenvalue(body);
+}
+
+long rigid_modes(const Body& body, const Eigen::VectorXd& eigenvalue) {
+  long count = 0;
+  while (count < eigenvalue.size() && is_rigid(body, eigenvalue(count))) ++count;
+  return count;
+}
+
 double natural_frequency_hz(double eigenvalue, const FrequencyLaw& youngs_modulus) {
   if (!(eigenvalue > 0.0)) return 0.0;
   // Root of g(x) = 2 ln(2 pi e^x) - ln E(e^x) - ln lambda in x = ln f: Newton with slope 2 - n, n = d ln E/d
@@ -154,6 +164,12 @@ double natural_frequency_hz(double eigenvalue, const FrequencyLaw& youngs_modulu
     x = next;
   }
   return std::exp(x);
+}
+
+Eigen::VectorXd natural_frequencies_hz(const Body& body, const Eigen::VectorXd& eigenvalue) {
+  return eigenvalue.unaryExpr([&](double lambda) {
+    return is_rigid(body, lambda) ? 0.0 : natural_frequency_hz(lambda, body.material.youngs_modulus);
+  });
 }
 
 double modulus_from_frequency(double f_hz, double eigenvalue) {

@@ -237,12 +237,6 @@ Eigen::MatrixXcd solve_lines(const Model& model, const Drive& drive, const Measu
   return response;
 }
 
-/// A mode whose eigenvalue vanishes against that of the first bending mode: a rigid motion of a body that is
-/// not held.
-bool is_rigid(const Body& body, double eigenvalue) {
-  return eigenvalue < 1e-6 * clamped_eigenvalue(body);
-}
-
 }  // namespace
 
 HarmonicResponse harmonic_response(const Model& model, const Drive& drive, const Measurement& measurement,

@@ -62,33 +62,33 @@ std::vector<std::vector<int>> uncoupled_groups(const Model& model) {
 
 }  // namespace
 
-Eigenmodes solve_plane_modes(const Model& model, const Eigen::Vector3d& direction) {
-  if (!model.body.centreline.is_straight()) return solve_eigenmodes(model);
+Eigenmodes solve_plane_modes(const Model& model, const Eigen::Vector3d& direction, int count) {
+  if (!model.body.centreline.is_straight()) return solve_eigenmodes(model, count);
   const Eigen::Matrix3d axes = frame(model.body.centreline.at(0.0).tangent, direction);
   Model turned = model;
   turned.stiffness = rotated(model.stiffness, axes);
   turned.mass = rotated(model.mass, axes);
-  const auto groups = uncoupled_groups(turned);
 
-  const auto count = static_cast<long>(model.free_dof.size());
-  Eigenmodes all{Eigen::VectorXd(count), Eigen::MatrixXd(model.dof_count(), count)};
+  const auto free = static_cast<long>(model.free_dof.size());
+  Eigenmodes found{Eigen::VectorXd(free), Eigen::MatrixXd::Zero(model.dof_count(), free)};
   long next = 0;
-  for (const auto& group : groups) {
+  for (const auto& group : uncoupled_groups(turned)) {
     turned.free_dof = group;
-    const Eigenmodes part = solve_eigenmodes(turned);
+    const Eigenmodes part = solve_eigenmodes(turned, count);
     const long size = part.eigenvalue.size();
-    all.eigenvalue.segment(next, size) = part.eigenvalue;
-    all.shape.middleCols(next, size) = part.shape;
+    found.eigenvalue.segment(next, size) = part.eigenvalue;
+    found.shape.middleCols(next, size) = part.shape;
     next += size;
   }
   for (int i = 0; i < model.dof_count(); i += 3) {
-    all.shape.middleRows<3>(i) = (axes * all.shape.middleRows<3>(i)).eval();
+    found.shape.middleRows<3>(i) = (axes * found.shape.middleRows<3>(i)).eval();
   }
-  std::vector<long> order(static_cast<std::size_t>(count));
+  std::vector<long> order(static_cast<std::size_t>(next));
   std::iota(order.begin(), order.end(), 0L);
   std::stable_sort(order.begin(), order.end(),
-                   [&](long a, long b) { return all.eigenvalue[a] < all.eigenvalue[b]; });
-  return {all.eigenvalue(order), all.shape(Eigen::all, order)};
+                   [&](long a, long b) { return found.eigenvalue[a] < found.eigenvalue[b]; });
+  if (count > 0) order.resize(static_cast<std::size_t>(std::min<long>(count, next)));
+  return {found.eigenvalue(order), found.shape(Eigen::all, order)};
 }
 
 }  // namespace struna::fem

@@ -206,10 +206,9 @@ PoleSystem pole_system(const Model& model, const Eigenmodes& modes, Damping damp
   system.modes = static_cast<int>(modes.eigenvalue.size());
   system.natural_frequency_hz = Eigen::VectorXd::Zero(system.modes);
   system.relaxed_stiffness = Eigen::VectorXd::Zero(system.modes);
-  const double rigid = 1e-11 * modes.eigenvalue.cwiseAbs().maxCoeff();  // rounding of the eigenvalue solver
   double lowest_hz = band_hi_hz;
   for (int m = 0; m < system.modes; ++m) {
-    if (modes.eigenvalue[m] <= rigid) continue;
+    if (is_rigid(model.body, modes.eigenvalue[m])) continue;
     system.natural_frequency_hz[m] = natural_frequency_hz(modes.eigenvalue[m], material.youngs_modulus);
     lowest_hz = std::min(lowest_hz, system.natural_frequency_hz[m]);
   }

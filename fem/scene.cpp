@@ -23,14 +23,14 @@ std::vector<End> driven_ends(const SceneDrive& drive, const std::string& body) {
   return ends;
 }
 
-Drive drive_of(const SceneDrive& drive, const std::string& body) {
+/// The drive as the body feels it; none where it does not.
+std::optional<Drive> drive_of(const SceneDrive& drive, const std::string& body) {
   if (const auto* point = std::get_if<BodyPoint>(&drive.at)) {
     if (point->body == body) return PointForce{point->fraction, drive.direction};
   } else if (auto ends = driven_ends(drive, body); !ends.empty()) {
     return SupportMotion{std::move(ends), drive.direction};
   }
-  throw Error("linear_path: the measured body '" + body + "' must be driven too, but the drive is on '" +
-              body_of(drive.at) + "'; only contact could carry the motion across");
+  return std::nullopt;
 }
 
 Measurement measurement_of(const SceneMeasurement& measurement) {
@@ -61,7 +61,18 @@ LinearPath linear_path(const Scene& scene) {
   if (!scene.drive) throw Error("linear_path: the scene needs a [drive], which tells what is shaken");
   if (!scene.measurement) throw Error("linear_path: the scene needs a [measure], which tells what is read");
   const Body& body = body_named(scene, body_of(scene.measurement->at));
-  return {body, drive_of(*scene.drive, body.name), measurement_of(*scene.measurement)};
+  const std::optional<Drive> drive = drive_of(*scene.drive, body.name);
+  if (!drive) {
+    throw Error("linear_path: the measured body '" + body.name +
+                "' must be driven too, but the drive is on '" + body_of(scene.drive->at) +
+                "'; only contact could carry the motion across");
+  }
+  return {body, *drive, measurement_of(*scene.measurement)};
+}
+
+bool is_on_linear_path(const Scene& scene, const std::string& body) {
+  return scene.drive && scene.measurement && body_of(scene.measurement->at) == body &&
+         drive_of(*scene.drive, body).has_value();
 }
 
 void select_outputs(Scene& scene, const std::vector<std::string>& names) {

@@ -97,6 +97,9 @@ struct LinearPath {
 };
 LinearPath linear_path(const Scene& scene);
 
+/// Whether the scene drives and measures this body, so that linear_path() is about it.
+bool is_on_linear_path(const Scene& scene, const std::string& body);
+
 /// Keeps of the scene's measured outputs those named, in this order (that of a measured transfer function).
 /// Throws Error that tells the outputs there are when one is not among them.
 void select_outputs(Scene& scene, const std::vector<std::string>& names);

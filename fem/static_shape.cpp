@@ -15,12 +15,6 @@ bool held(const Body& body, End end) {
 
 }  // namespace
 
-bool is_rigid_mode(const Eigenmodes& modes, long mode) {
-  // The eigenvalue solver's rounding is eps times the largest; a slender body's first mode lies above 1e-10
-  // of it.
-  return modes.eigenvalue[mode] <= 1e-11 * modes.eigenvalue.maxCoeff();
-}
-
 Eigen::VectorXd static_shape(const Model& model, const Eigenmodes& modes, const std::vector<End>& ends,
                              const Eigen::Vector3d& direction) {
   Eigen::VectorXd shape = Eigen::VectorXd::Zero(model.dof_count());
@@ -44,8 +38,8 @@ Eigen::VectorXd static_shape(const Model& model, const Eigenmodes& modes, const 
     shape.segment<3>(6 * static_cast<long>(node)) = ((1.0 - x) * at_start + x * at_end) * direction;
   }
   const Eigen::VectorXd load = -(modes.shape.transpose() * multiply(model.stiffness, shape)).col(0);
-  for (long r = 0; r < modes.eigenvalue.size(); ++r) {
-    if (!is_rigid_mode(modes, r)) shape += load[r] / modes.eigenvalue[r] * modes.shape.col(r);
+  for (long r = rigid_modes(model.body, modes.eigenvalue); r < modes.eigenvalue.size(); ++r) {
+    shape += load[r] / modes.eigenvalue[r] * modes.shape.col(r);
   }
   return shape;
 }

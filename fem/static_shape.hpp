@@ -15,7 +15,4 @@ namespace struna::fem {
 Eigen::VectorXd static_shape(const Model& model, const Eigenmodes& modes, const std::vector<End>& ends,
                              const Eigen::Vector3d& direction);
 
-/// Modes with an eigenvalue that is zero but for rounding.
-bool is_rigid_mode(const Eigenmodes& modes, long mode);
-
 }  // namespace struna::fem

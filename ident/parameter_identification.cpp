@@ -41,9 +41,7 @@ void validate(const FitOptions& options) {
   };
   check_floor("modulus_floor", options.modulus_floor);
   for (const std::string& word : {options.modulus_law, options.loss_factor_law}) {
-    if (word.empty() || fem::law_kind(word) != Kind::table) continue;
-    throw Error(
-        "identify_parameters: law: constant, power, fractional_zener or monotone_spline, got \"table\"");
+    if (!word.empty()) fitted_law(word);
   }
   check_floor("loss_factor_floor", options.loss_factor_floor);
 }
@@ -59,23 +57,26 @@ double without_mesh_error(double eigenvalue, const fem::Model& model) {
   return eigenvalue / std::pow(1.0 + b4 * std::pow(h, 4) / 1440.0, 2);
 }
 
-/// The elastic modes: a rigid motion has an eigenvalue that is zero but for rounding.
-ModelModes model_modes(const fem::Model& model, const fem::Drive& drive, const fem::Measurement& measurement,
-                       std::size_t measured_count) {
+/// The elastic modes, which alone resonate, and how many rigid ones come before them.
+struct Elastic {
+  ModelModes modes;
+  long rigid = 0;
+};
+
+Elastic elastic_modes(const fem::Model& model, const fem::Drive& drive, const fem::Measurement& measurement,
+                      std::size_t measured_count) {
   // Four times the measured ones: missing modes, out-of-plane ones that the drive hardly reaches, and room
   // above the band.
   const fem::Eigenmodes all = fem::solve_eigenmodes(model, 4 * static_cast<int>(measured_count) + 20);
-  const double rounding = 1e-9 * all.eigenvalue[all.eigenvalue.size() - 1];
-  Eigen::Index rigid = 0;
-  while (rigid < all.eigenvalue.size() && all.eigenvalue[rigid] <= rounding) ++rigid;
-  const Eigen::Index elastic = all.eigenvalue.size() - rigid;
+  const long rigid = fem::rigid_modes(model.body, all.eigenvalue);
+  const long elastic = all.eigenvalue.size() - rigid;
   const fem::Eigenmodes modes{all.eigenvalue.tail(elastic), all.shape.rightCols(elastic)};
   ModelModes result;
   result.eigenvalue = modes.eigenvalue.unaryExpr([&](double v) { return without_mesh_error(v, model); });
   result.constant = fem::modal_constants(model, modes, drive, measurement, fem::constant_law(1.0));
   result.constant_scales_with_modulus = std::holds_alternative<fem::SupportMotion>(drive) ||
                                         std::holds_alternative<fem::SupportForce>(measurement.what);
-  return result;
+  return {result, rigid};
 }
 
 /// The measured modes in the band; `index` keeps their places in the list.
@@ -235,11 +236,7 @@ std::vector<LawFit> fit_curve_laws(const IdentifiedCurve& curve, std::vector<Kin
                                    const std::string& named, const char* what) {
   std::optional<Kind> wanted;
   if (!named.empty()) {
-    wanted = fem::law_kind(named);
-    if (*wanted == Kind::table) {
-      throw Error(
-          fmt::format("{} law: constant, power, fractional_zener or monotone_spline, got \"table\"", what));
-    }
+    wanted = fitted_law(named);
     if (std::find(kinds.begin(), kinds.end(), *wanted) == kinds.end()) kinds.push_back(*wanted);
   }
   std::vector<LawFit> laws = fit_laws(curve.frequency_hz, curve.value, curve.sigma, kinds, rising);
@@ -264,8 +261,13 @@ std::string nothing_paired(const ModeSet& measured, const Pairing& pairing) {
   return message + "; check geometry, density, end conditions, drive and output directions";
 }
 
-void to_list_indices(Pairing& pairing, const std::vector<int>& index) {
-  for (Pair& pair : pairing.pairs) pair.measured = index[static_cast<std::size_t>(pair.measured)];
+/// From the places among the modes that were paired to those among all measured and all model modes.
+void to_list_indices(Pairing& pairing, const std::vector<int>& index, int rigid) {
+  for (Pair& pair : pairing.pairs) {
+    pair.measured = index[static_cast<std::size_t>(pair.measured)];
+    for (int& mode : pair.model) mode += rigid;
+  }
+  for (int& mode : pairing.missing) mode += rigid;
   for (Unpaired& unpaired : pairing.left_out) {
     unpaired.measured = index[static_cast<std::size_t>(unpaired.measured)];
   }
@@ -292,6 +294,13 @@ LeftOutOf left_out_of(const std::string& word) {
   throw Error(fmt::format("of: both, modulus or loss_factor, got \"{}\"", word));
 }
 
+Kind fitted_law(const std::string& word) {
+  for (const Kind kind : {Kind::constant, Kind::power, Kind::fractional_zener, Kind::monotone_spline}) {
+    if (word == fem::to_string(kind)) return kind;
+  }
+  throw Error(fmt::format("law: constant, power, fractional_zener or monotone_spline, got \"{}\"", word));
+}
+
 IdentifiedParameters identify_parameters(const ModeSet& measured, const fem::Model& model,
                                          const fem::Drive& drive, const fem::Measurement& measurement,
                                          const FitOptions& options) {
@@ -307,13 +316,13 @@ IdentifiedParameters identify_parameters(const ModeSet& measured, const fem::Mod
     pairing_options.band_lo_hz = options.band_lo_hz;
     pairing_options.band_hi_hz = options.band_hi_hz;
   }
-  const ModelModes modes = model_modes(model, drive, measurement, selection.set.modes.size());
-  result.pairing = pair_modes(selection.set, modes, pairing_options);
+  const Elastic model_side = elastic_modes(model, drive, measurement, selection.set.modes.size());
+  result.pairing = pair_modes(selection.set, model_side.modes, pairing_options);
 
   Points modulus, loss_factor;
   sort_by_trust(selection, result.pairing, options, modulus, loss_factor, result.rejected);
   if (modulus.value.empty()) throw Error(nothing_paired(selection.set, result.pairing));
-  to_list_indices(result.pairing, selection.index);
+  to_list_indices(result.pairing, selection.index, static_cast<int>(model_side.rigid));
   result.modulus = modulus.curve();
   result.modulus.laws = fit_curve_laws(
       result.modulus, {Kind::constant, Kind::power, Kind::fractional_zener, Kind::monotone_spline}, true,

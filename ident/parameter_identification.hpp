@@ -24,6 +24,9 @@ struct FitOptions {
   double loss_factor_floor = 1e-2;
 };
 
+/// The kind of a law that can be fitted; throws Error on another word, "table" among them.
+fem::FrequencyLaw::Kind fitted_law(const std::string& word);
+
 /// A quantity at the trusted modes, and its laws, best first.
 struct IdentifiedCurve {
   Eigen::VectorXd frequency_hz;
@@ -61,7 +64,7 @@ struct IdentifiedParameters {
   Eigen::VectorXd
       kramers_kronig_loss_factor;  ///< (pi/2) d ln E/d ln f at the same frequencies, for information
   std::vector<LeftOut> rejected;
-  Pairing pairing;
+  Pairing pairing;  ///< its model modes count all of the body's from 0, rigid ones included
   Provenance provenance;
 };
 

@@ -272,5 +272,28 @@ TEST(Eigenmodes, RefusesAModelWithoutFreedom) {
   EXPECT_THROW(solve_eigenmodes(assemble(testing::straight_wire(), 1)), Error);
 }
 
+TEST(Eigenmodes, RigidModesAreToldByTheEnds) {
+  using enum EndCondition;
+  struct Case {
+    EndCondition start, end;
+    long rigid;
+  };
+  // A straight body between pins turns about its axis; pinned at one end only, also about that end.
+  for (const auto& [start, end, rigid] :
+       {Case{clamped, clamped, 0}, Case{clamped, free, 0}, Case{clamped, pinned, 0}, Case{pinned, pinned, 1},
+        Case{pinned, free, 3}, Case{free, free, 6}}) {
+    for (const int elements : {2, 30, 150}) {  // the last by the iterative solver
+      Body body = testing::straight_wire();
+      body.start = start;
+      body.end = end;
+      const VectorXd lambda = solve_eigenmodes(assemble(body, elements), 8).eigenvalue;
+      EXPECT_EQ(rigid_modes(body, lambda), rigid) << elements;
+      const VectorXd f = natural_frequencies_hz(body, lambda);
+      EXPECT_EQ((f.array() == 0.0).count(), rigid);
+      EXPECT_EQ(f(rigid), natural_frequency_hz(lambda(rigid), body.material.youngs_modulus));
+    }
+  }
+}
+
 }  // namespace
 }  // namespace struna::fem

@@ -62,5 +62,20 @@ TEST(PlaneModes, LeaveACurvedBodyAlone) {
   EXPECT_EQ(solve_plane_modes(model, Eigen::Vector3d::UnitY()).shape, solve_eigenmodes(model).shape);
 }
 
+TEST(PlaneModes, TheLowestOfThemAreTheFirstOfAll) {
+  for (const int elements : {10, 60}) {  // a dense solver, and subspace iteration
+    Body body = straight({0.68, 0, 0}, EndCondition::clamped).body;
+    const auto model = assemble(body, elements);
+    const auto all = solve_plane_modes(model, Eigen::Vector3d::UnitY());
+    const auto few = solve_plane_modes(model, Eigen::Vector3d::UnitY(), 7);
+    ASSERT_EQ(few.eigenvalue.size(), 7);
+    ASSERT_EQ(few.shape.cols(), 7);
+    for (long r = 0; r < 7; ++r) {
+      // Rounding of the dense solver: eps of the largest eigenvalue.
+      EXPECT_NEAR(few.eigenvalue[r], all.eigenvalue[r], 1e-14 * all.eigenvalue.maxCoeff());
+    }
+  }
+}
+
 }  // namespace
 }  // namespace struna::fem

@@ -86,6 +86,19 @@ TEST(Scene, LinearPathRefusesAMeasuredBodyThatIsNotDriven) {
   EXPECT_THAT(message_of([&] { linear_path(scene); }), HasSubstr("the drive is on 'wire'"));
 }
 
+TEST(Scene, TellsWhichBodyIsOnTheLinearPath) {
+  Scene scene = wire_and_band();
+  EXPECT_TRUE(is_on_linear_path(scene, "wire"));
+  EXPECT_FALSE(is_on_linear_path(scene, "band"));
+  scene.measurement->at = Support{"band", End::end};
+  EXPECT_FALSE(is_on_linear_path(scene, "wire"));
+  EXPECT_FALSE(is_on_linear_path(scene, "band"));
+  scene.drive->also = {{"band", End::start}};
+  EXPECT_TRUE(is_on_linear_path(scene, "band"));
+  scene.drive.reset();
+  EXPECT_FALSE(is_on_linear_path(scene, "band"));
+}
+
 TEST(Scene, LinearPathRefusesASceneWithoutDriveOrMeasurement) {
   Scene scene = wire_and_band();
   scene.drive.reset();

@@ -56,15 +56,5 @@ TEST(StaticShape, NothingMovedIsNoMotionAndFreeEndsAreRefused) {
   EXPECT_THROW(static_shape(model, modes, {End::end}, Eigen::Vector3d::UnitY()), Error);
 }
 
-TEST(StaticShape, RigidModesAreTold) {
-  const auto held = assemble(wire(EndCondition::clamped, EndCondition::clamped));
-  const auto held_modes = solve_eigenmodes(held);
-  EXPECT_FALSE(is_rigid_mode(held_modes, 0));
-  const auto free = assemble(wire(EndCondition::free, EndCondition::free));
-  const auto free_modes = solve_eigenmodes(free);
-  for (int r = 0; r < 6; ++r) EXPECT_TRUE(is_rigid_mode(free_modes, r));
-  EXPECT_FALSE(is_rigid_mode(free_modes, 6));
-}
-
 }  // namespace
 }  // namespace struna::fem
