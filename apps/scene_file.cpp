@@ -38,6 +38,20 @@ fem::FrequencyLaw read_law(TomlTable& material, const std::string& key, bool all
   return law;
 }
 
+/// The damping that acts must be there when the other one is. Neither: it is to be identified.
+void check_damping(TomlTable& material, fem::Damping acting) {
+  const bool structural = acting == fem::Damping::structural;
+  const std::string needed = structural ? "loss_factor" : "rayleigh";
+  const std::string given = structural ? "rayleigh" : "loss_factor";
+  if (material.has(given) && !material.has(needed)) {
+    throw material.error(
+        "damping",
+        fmt::format("= \"{}\" needs {}, but only {} is given: give {}, or damping "
+                    "= \"{}\"",
+                    fem::to_string(acting), needed, given, needed, structural ? "viscous" : "structural"));
+  }
+}
+
 fem::Material read_material(TomlTable material, bool acts_in_time) {
   fem::Material result;
   if (material.has("youngs_modulus")) result.youngs_modulus = read_law(material, "youngs_modulus", false);
@@ -58,6 +72,7 @@ fem::Material read_material(TomlTable material, bool acts_in_time) {
   result.damping = material.choice<fem::Damping>(
       "damping", {{"structural", fem::Damping::structural}, {"viscous", fem::Damping::viscous}},
       has_rayleigh && !has_both ? fem::Damping::viscous : fem::Damping::structural);
+  if (material.has("damping")) check_damping(material, result.damping);
   material.finish();
   return result;
 }

@@ -62,11 +62,10 @@ ident::ModeOptions read_modes_options(TomlTable table) {
   }
   if (table.has("frequencies")) options.frequencies_hz = table.numbers("frequencies");
   check_frequencies(table, "frequencies", options.frequencies_hz);
-  if (table.has("extra_frequencies")) options.extra_hz = table.numbers("extra_frequencies");
-  check_frequencies(table, "extra_frequencies", options.extra_hz);
+  if (table.has("add")) options.extra_hz = table.numbers("add");
+  check_frequencies(table, "add", options.extra_hz);
   if (!options.frequencies_hz.empty() && !options.extra_hz.empty()) {
-    throw table.error("extra_frequencies",
-                      "contradicts frequencies: those only, or these besides the ones found");
+    throw table.error("add", "contradicts frequencies: those only, or these besides the ones found");
   }
   table.finish();
   return options;

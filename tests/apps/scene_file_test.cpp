@@ -107,6 +107,13 @@ TEST(SceneFile, WhatIsLeftOutHasItsDefault) {
   EXPECT_NO_THROW(require_modulus(known, "s.toml"));
 }
 
+TEST(SceneFile, DampingMayActThatIsStillToBeIdentified) {
+  for (const auto damping : {fem::Damping::structural, fem::Damping::viscous}) {
+    const std::string text = body_text + "[body.material]\ndamping = \"" + fem::to_string(damping) + "\"\n";
+    EXPECT_EQ(scene_of(text).bodies[0].material.damping, damping);
+  }
+}
+
 TEST(SceneFile, CrossSectionIsGivenInThreeWays) {
   const auto section = [](const std::string& lines) {
     return scene_of(with("diameter", lines)).bodies.at(0).section;
@@ -280,6 +287,11 @@ TEST(SceneFile, RefusesWhatIsWrongInAMaterial) {
       {"modulus = 1e9", "s.toml:7: body.material.modulus is not a known key"},
       {"loss_factor = 0.1\nrayleigh = { alpha = 1 }\n[simulation]\nduration = 1\n",
        "s.toml:6: body.material.damping is missing"},
+      {"damping = \"viscous\"\nloss_factor = 0.02",
+       "s.toml:7: body.material.damping = \"viscous\" needs rayleigh, but only loss_factor is given"},
+      {"damping = \"structural\"\nrayleigh = { alpha = 1 }",
+       "s.toml:7: body.material.damping = \"structural\" needs loss_factor, but only rayleigh is given: give "
+       "loss_factor, or damping = \"viscous\""},
   };
   for (const auto& [line, expected] : cases) {
     EXPECT_THAT(fault_of(body_text + "[body.material]\n" + line + "\n"), HasSubstr(expected)) << line;

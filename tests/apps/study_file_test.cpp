@@ -108,7 +108,7 @@ band = [40, 600]
   EXPECT_EQ(study.fit.pairing.modulus_hi, 2e11);
   EXPECT_EQ(study.compare.lo_hz, 40.0);
   EXPECT_EQ(study.compare.hi_hz, 600.0);
-  const Study extra = read_study(folder.write("e.toml", least + "[modes]\nextra_frequencies = [50]\n"));
+  const Study extra = read_study(folder.write("e.toml", least + "[modes]\nadd = [50]\n"));
   EXPECT_THAT(extra.modes.extra_hz, ElementsAre(50.0));
   const Study plain = read_study(folder.write("p.toml", least + "[transfer]\nform = \"as-measured\"\n"));
   EXPECT_FALSE(plain.transfer.form.has_value());
@@ -140,8 +140,7 @@ TEST(StudyFile, RefusesWhatIsWrongWithFileAndLine) {
       {least + "[modes]\nmethod = \"best\"\n", "s.toml:6: modes.method is not understood"},
       {least + "[modes]\ndamping = \"dry\"\n", "s.toml:6: modes.damping is not understood"},
       {least + "[modes]\nfrequencies = [0]\n", "s.toml:6: modes.frequencies must hold frequencies above 0"},
-      {least + "[modes]\nfrequencies = [1]\nextra_frequencies = [2]\n",
-       "s.toml:7: modes.extra_frequencies contradicts"},
+      {least + "[modes]\nfrequencies = [1]\nadd = [2]\n", "s.toml:7: modes.add contradicts"},
       {least + "[modes]\nband = \"10-20\"\n", "s.toml:6: modes.band is no band"},
       {least + "[fit]\nmodulus_law = \"linear\"\n",
        "s.toml:6: fit.modulus_law must be one of constant, power"},
