@@ -4,6 +4,7 @@
 
 #include "apps/commands.hpp"
 #include "apps/console.hpp"
+#include "apps/predict.hpp"
 #include "ident/comparison.hpp"
 #include "ident/transfer_function_file.hpp"
 
@@ -57,6 +58,9 @@ void run_compare(const CompareArguments& arguments) {
   });
   for (const std::string& name : comparison.not_compared) {
     warn(fmt::format("{}: has no output {}: not compared", arguments.predicted, name));
+  }
+  if (const auto warning = window_warning(measured.exponential_decay, predicted.exponential_decay)) {
+    warn(arguments.measured + ": " + *warning);
   }
   if (!arguments.to.empty()) ident::write_comparison(comparison, arguments.to);
 

@@ -4,12 +4,13 @@
 #include <cmath>
 #include <memory>
 #include <numbers>
+#include <optional>
 
 #include "apps/commands.hpp"
 #include "apps/console.hpp"
 #include "apps/predict.hpp"
 #include "apps/scene_file.hpp"
-#include "fem/eigenmodes.hpp"
+#include "fem/plane_modes.hpp"
 #include "ident/atomic_file.hpp"
 
 namespace struna::apps {
@@ -27,7 +28,14 @@ struct EigenArguments {
   int modes = 0;
 };
 
+/// What was asked for: a band, or the lowest modes; 0: as many as is usual.
+struct Wanted {
+  int modes = 0;
+  std::optional<Band> band;
+};
+
 struct EigenResult {
+  long first = 0;  ///< modes below the first one listed
   Eigen::VectorXd frequency_hz;
   Eigen::VectorXd mesh_error;  ///< estimated, relative; the mesh's frequencies are too high by it
   std::vector<std::string> output;
@@ -39,9 +47,11 @@ struct EigenResult {
 /// The body named, or the one that is driven and measured, or the only one.
 fem::Body chosen_body(const fem::Scene& scene, const std::string& name) {
   if (!name.empty()) return fem::body_named(scene, name);
-  if (scene.drive && scene.measurement) return fem::linear_path(scene).body;
+  for (const fem::Body& body : scene.bodies) {
+    if (fem::is_on_linear_path(scene, body.name)) return body;
+  }
   if (scene.bodies.size() == 1) return scene.bodies.front();
-  throw Error("the scene has several bodies and no driven and measured one: choose one with --body");
+  throw Error("the scene has several bodies and none that is both driven and measured: choose with --body");
 }
 
 /// Upper estimate of the natural frequency that `modes` modes reach: those of a straight body come in pairs.
@@ -51,19 +61,57 @@ double highest_frequency_hz(const fem::Body& body, int modes) {
                                    body.material.youngs_modulus);
 }
 
-Eigen::VectorXd frequencies(const fem::Eigenmodes& modes, const fem::FrequencyLaw& modulus) {
-  return modes.eigenvalue.unaryExpr(
-      [&](double lambda) { return fem::natural_frequency_hz(lambda, modulus); });
+/// The lowest modes, those of a straight body in the plane of the drive and across it, for constants that
+/// mean something.
+fem::Eigenmodes solve_modes(const fem::Scene& scene, const fem::Model& model, int count) {
+  const Eigen::Vector3d direction = scene.drive ? scene.drive->direction : Eigen::Vector3d::UnitY();
+  return fem::solve_plane_modes(model, direction, count);
 }
 
-/// Modes wanted for a band: doubled until the highest one lies above it.
-int modes_below(const fem::Model& model, const fem::FrequencyLaw& modulus, double hi_hz) {
+/// Modes up to `hi_hz`: twice as many until the highest one lies above it.
+int modes_below(const fem::Model& model, double hi_hz) {
   const int all = static_cast<int>(model.free_dof.size());
-  for (int count = default_modes;; count = std::min(2 * count, all)) {
-    const Eigen::VectorXd f = frequencies(fem::solve_eigenmodes(model, count), modulus);
+  for (int count = std::min(default_modes, all);; count = std::min(2 * count, all)) {
+    const Eigen::VectorXd f =
+        fem::natural_frequencies_hz(model.body, fem::solve_eigenmodes(model, count).eigenvalue);
     const int below = static_cast<int>((f.array() <= hi_hz).count());
-    if (below < count || count == all) return below;
+    if (below < count) return below;
+    if (count == all) {
+      throw Error(
+          fmt::format("the {} elements of body '{}' end at mode {}, {:.6g} Hz, below the band's end, {:g} "
+                      "Hz; more elements "
+                      "in the scene reach higher",
+                      model.arc_length.size() - 1, model.body.name, all, f(all - 1), hi_hz));
+    }
   }
+}
+
+/// How many modes to solve for.
+int count_of(const Wanted& wanted, const fem::Model& model) {
+  const int all = static_cast<int>(model.free_dof.size());
+  if (wanted.band) return std::min(modes_below(model, wanted.band->hi_hz) + 1, all);
+  if (wanted.modes > all) {
+    throw Error(
+        fmt::format("--modes {}: the {} elements of body '{}' have {} modes; more elements in the scene",
+                    wanted.modes, model.arc_length.size() - 1, model.body.name, all));
+  }
+  return wanted.modes > 0 ? wanted.modes : std::min(default_modes, all);
+}
+
+/// The range of modes to list: all, or those in the band, the modes beside which are told when it is empty.
+std::pair<long, long> listed_modes(const Wanted& wanted, const Eigen::VectorXd& frequency_hz,
+                                   const std::string& body) {
+  if (!wanted.band) return {0, frequency_hz.size()};
+  const Band& band = *wanted.band;
+  const long first = (frequency_hz.array() < band.lo_hz).count();
+  const long end = (frequency_hz.array() <= band.hi_hz).count();
+  if (first < end) return {first, end};
+  const std::string below =
+      first > 0 ? fmt::format("mode {} at {:.6g} Hz, ", first, frequency_hz(first - 1)) : "";
+  throw Error(
+      fmt::format("body '{}' has no natural frequency from {:g} to {:g} Hz; next to it: {}mode "
+                  "{} at {:.6g} Hz",
+                  body, band.lo_hz, band.hi_hz, below, end + 1, frequency_hz(end)));
 }
 
 std::string unit_of_constant(const fem::LinearPath& path) {
@@ -72,48 +120,45 @@ std::string unit_of_constant(const fem::LinearPath& path) {
   return force_in == force_out ? "1/s^2" : force_out ? "kg/s^2" : "1/kg";
 }
 
-EigenResult solve(const fem::Scene& scene, const fem::Body& body, const EigenArguments& arguments) {
-  const fem::FrequencyLaw& modulus = body.material.youngs_modulus;
-  const Band band = arguments.band.empty() ? Band{} : parse_band(arguments.band);
-  int count = arguments.modes > 0 ? arguments.modes : default_modes;
+/// Estimated from a mesh of twice the elements: errors fall as h^4. A rigid motion has none.
+Eigen::VectorXd mesh_error(const fem::Body& body, int elements, const Eigen::VectorXd& frequency_hz) {
+  const fem::Model finer = fem::assemble(body, 2 * elements);
+  const Eigen::VectorXd finer_hz = fem::natural_frequencies_hz(
+      body, fem::solve_eigenmodes(finer, static_cast<int>(frequency_hz.size())).eigenvalue);
+  return (finer_hz.array() > 0.0).select(16.0 / 15.0 * (frequency_hz.array() / finer_hz.array() - 1.0), 0.0);
+}
+
+EigenResult solve(const fem::Scene& scene, const fem::Body& body, const Wanted& wanted) {
   EigenResult result;
+  const int modes_estimated = wanted.modes > 0 ? wanted.modes : default_modes;
   result.elements =
-      mesh_elements(body, arguments.band.empty() ? highest_frequency_hz(body, count) : band.hi_hz);
+      mesh_elements(body, wanted.band ? wanted.band->hi_hz : highest_frequency_hz(body, modes_estimated));
   const fem::Model model = fem::assemble(body, result.elements);
-  if (!arguments.band.empty()) count = modes_below(model, modulus, band.hi_hz);
-  count = std::min(count, static_cast<int>(model.free_dof.size()));
-  if (count == 0) {
-    throw Error(fmt::format("body '{}' has no natural frequency below {:g} Hz", body.name, band.hi_hz));
-  }
-  const fem::Eigenmodes modes = fem::solve_eigenmodes(model, count);
-  result.frequency_hz = frequencies(modes, modulus);
-  const Eigen::VectorXd finer =
-      frequencies(fem::solve_eigenmodes(fem::assemble(body, 2 * result.elements), count), modulus);
-  // Errors fall as h^4. A rigid motion, at zero, has none.
-  result.mesh_error = (finer.array() > 1e-3 * result.frequency_hz(count - 1) / count)
-                          .select(16.0 / 15.0 * (result.frequency_hz.array() / finer.array() - 1.0), 0.0);
-  if (scene.drive && scene.measurement && fem::linear_path(scene).body.name == body.name) {
+  const fem::Eigenmodes modes = solve_modes(scene, model, count_of(wanted, model));
+  const Eigen::VectorXd frequency_hz = fem::natural_frequencies_hz(body, modes.eigenvalue);
+  const auto [first, end] = listed_modes(wanted, frequency_hz, body.name);
+  result.first = first;
+  result.frequency_hz = frequency_hz.segment(first, end - first);
+  result.mesh_error = mesh_error(body, result.elements, frequency_hz).segment(first, end - first);
+  if (fem::is_on_linear_path(scene, body.name)) {
     const fem::LinearPath path = fem::linear_path(scene);
     result.output = scene.measurement->names;
-    result.constant = fem::modal_constants(model, modes, path.drive, path.measurement, modulus);
+    const Eigen::MatrixXd constant =
+        fem::modal_constants(model, modes, path.drive, path.measurement, body.material.youngs_modulus);
+    result.constant = constant.middleRows(first, end - first).array() + 0.0;  // no "-0"
     result.constant_unit = unit_of_constant(path);
   }
   return result;
 }
 
-bool wanted(const EigenResult& result, long r, const EigenArguments& arguments) {
-  return arguments.band.empty() || result.frequency_hz(r) >= parse_band(arguments.band).lo_hz;
-}
-
-std::string csv(const EigenResult& result, const fem::Body& body, const EigenArguments& arguments) {
+std::string csv(const EigenResult& result, const fem::Body& body) {
   std::string text = "mode,natural_frequency [Hz],mesh_error [-],youngs_modulus [Pa]";
   for (const std::string& name : result.output)
     text += fmt::format(",{}_modal_constant [{}]", name, result.constant_unit);
   text += '\n';
   for (long r = 0; r < result.frequency_hz.size(); ++r) {
-    if (!wanted(result, r, arguments)) continue;
     const double f = result.frequency_hz(r);
-    text += fmt::format("{},{:.12g},{:.3g},{:.12g}", r + 1, f, result.mesh_error(r),
+    text += fmt::format("{},{:.12g},{:.3g},{:.12g}", result.first + r + 1, f, result.mesh_error(r),
                         f > 0.0 ? body.material.youngs_modulus.at(f) : 0.0);
     for (long k = 0; k < result.constant.cols(); ++k) text += fmt::format(",{:.12g}", result.constant(r, k));
     text += '\n';
@@ -121,15 +166,15 @@ std::string csv(const EigenResult& result, const fem::Body& body, const EigenArg
   return text;
 }
 
-Table table(const EigenResult& result, const fem::Body& body, const EigenArguments& arguments) {
+Table table(const EigenResult& result, const fem::Body& body) {
   Table shown{{"mode", "natural frequency [Hz]", "mesh error", "E [GPa]"}, {}};
   for (const std::string& name : result.output)
     shown.header.push_back(fmt::format("C {} [{}]", name, result.constant_unit));
   for (long r = 0; r < result.frequency_hz.size(); ++r) {
-    if (!wanted(result, r, arguments)) continue;
     const double f = result.frequency_hz(r);
     std::vector<std::string> row = {
-        fmt::format("{}", r + 1), fmt::format("{:.6f}", f), fmt::format("{:.1e}", result.mesh_error(r)),
+        fmt::format("{}", result.first + r + 1), fmt::format("{:.6f}", f),
+        fmt::format("{:.1e}", result.mesh_error(r)),
         f > 0.0 ? fmt::format("{:.4f}", 1e-9 * body.material.youngs_modulus.at(f)) : "-"};
     for (long k = 0; k < result.constant.cols(); ++k)
       row.push_back(fmt::format("{:.4g}", result.constant(r, k)));
@@ -139,20 +184,24 @@ Table table(const EigenResult& result, const fem::Body& body, const EigenArgumen
 }
 
 void run_eigen(const EigenArguments& arguments) {
-  if (arguments.modes > 0 && !arguments.band.empty())
-    throw UsageError("--modes, --band: give one of the two");
+  Wanted wanted{arguments.modes, std::nullopt};
+  if (!arguments.band.empty()) {
+    if (arguments.modes > 0) throw UsageError("--modes, --band: give one of the two");
+    wanted.band = parse_band(arguments.band);
+  }
   fem::Scene scene = read_scene(arguments.scene);
   apply_parameters(scene, arguments.parameters);
   const fem::Body body = blaming({arguments.scene}, [&] { return chosen_body(scene, arguments.body); });
   require_modulus(body, arguments.scene);
-  const EigenResult result = blaming({arguments.scene}, [&] { return solve(scene, body, arguments); });
-  for (const std::string& warning :
-       extrapolation_warnings(body, fem::Damping::viscous, result.frequency_hz)) {
+  const EigenResult result = blaming({arguments.scene}, [&] { return solve(scene, body, wanted); });
+  const long rigid = (result.frequency_hz.array() == 0.0).count();
+  for (const std::string& warning : extrapolation_warnings(
+           body, fem::Damping::viscous, result.frequency_hz.tail(result.frequency_hz.size() - rigid))) {
     warn(warning);
   }
-  if (!arguments.to.empty()) ident::write_atomically(arguments.to, csv(result, body, arguments));
+  if (!arguments.to.empty()) ident::write_atomically(arguments.to, csv(result, body));
   print(fmt::format("body {}, {} elements", body.name, result.elements));
-  print(table(result, body, arguments));
+  print(table(result, body));
 }
 
 }  // namespace

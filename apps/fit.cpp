@@ -20,6 +20,7 @@ struct FitArguments {
   std::string modes;
   std::string to;
   std::string band;
+  std::string modulus_range;
   ident::FitOptions options;
 };
 
@@ -75,16 +76,6 @@ Table laws_table(const ident::IdentifiedParameters& identified) {
   return table;
 }
 
-std::string rayleigh_line(const ident::IdentifiedParameters& identified) {
-  if (!identified.rayleigh_known) return "Rayleigh: no mode is trusted for its damping";
-  const ident::RayleighFit& fit = identified.rayleigh;
-  std::string line =
-      fmt::format("Rayleigh: alpha = {:.4g} +- {:.2g} 1/s{}, beta = {:.4g} +- {:.2g} s{}, rms/sigma {:.2f}",
-                  fit.rayleigh.alpha, fit.alpha_sigma, fit.alpha_at_bound ? " (held at zero)" : "",
-                  fit.rayleigh.beta, fit.beta_sigma, fit.beta_at_bound ? " (held at zero)" : "", fit.rms);
-  return fit.determined ? line : line + "; one frequency: beta alone";
-}
-
 void print_result(const ident::ModeSet& modes, const ident::IdentifiedParameters& identified) {
   print(modes_table(modes, identified));
   print("");
@@ -108,15 +99,23 @@ void print_result(const ident::ModeSet& modes, const ident::IdentifiedParameters
 }
 
 void run_fit(FitArguments& arguments) {
-  for (const std::string& word : {arguments.options.modulus_law, arguments.options.loss_factor_law}) {
-    if (!word.empty()) option_value("--modulus-law, --loss-factor-law", word, fem::law_kind);
-  }
+  const auto check_law = [](const char* option, const std::string& word) {
+    if (!word.empty()) option_value(option, word, ident::fitted_law);
+  };
+  check_law("--modulus-law", arguments.options.modulus_law);
+  check_law("--loss-factor-law", arguments.options.loss_factor_law);
   if (!arguments.band.empty()) {
     const Band band = parse_band(arguments.band);
     arguments.options.band_lo_hz = band.lo_hz;
     arguments.options.band_hi_hz = band.hi_hz;
   }
+  if (!arguments.modulus_range.empty()) {
+    const auto [lo, hi] = parse_modulus_range(arguments.modulus_range);
+    arguments.options.pairing.modulus_lo = lo;
+    arguments.options.pairing.modulus_hi = hi;
+  }
   const fem::Scene scene = read_scene(arguments.scene);
+  blaming({arguments.scene}, [&] { fem::linear_path(scene); });
   const ident::ModeSet modes = ident::read_modes(arguments.modes);
   progress(fmt::format("pairing {} modes", modes.modes.size()));
   ident::IdentifiedParameters identified = blaming({arguments.modes, arguments.scene}, [&] {
@@ -146,6 +145,8 @@ void add_fit(CLI::App& app) {
   fit->add_option("--modulus-law", arguments->options.modulus_law, laws);
   fit->add_option("--loss-factor-law", arguments->options.loss_factor_law, laws);
   fit->add_option("--band", arguments->band, "LO:HI, modes to use [Hz]");
+  fit->add_option("--modulus-range", arguments->modulus_range,
+                  "LO:HI, where to look for the modulus [Pa]; default 1e6:1e12");
   fit->footer(
       "Examples:\n"
       "  struna fit scene.toml modes.csv -o identified.toml\n"

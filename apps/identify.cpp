@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
-#include <limits>
 #include <memory>
 #include <sstream>
 
@@ -40,16 +39,11 @@ struct Identification {
   std::vector<std::string> warnings;
 };
 
-/// As `struna frf` measures it, but without the line at 0 Hz where no band is given: no mode shows there, and
-/// half of the forms are not defined.
 MeasuredTransfer measure(const Study& study) {
-  TransferSettings settings = study.transfer;
-  if (!settings.band)
-    settings.band = Band{std::numeric_limits<double>::min(), std::numeric_limits<double>::max()};
   std::vector<std::string> files = study.records;
   files.push_back(study.file);
   return blaming(files, [&] {
-    return measure_transfer(study.records, study.input, study.outputs, study.corrections, settings);
+    return measure_transfer(study.records, study.input, study.outputs, study.corrections, study.transfer);
   });
 }
 
@@ -66,15 +60,27 @@ ident::Provenance provenance_of(const Study& study, double band_lo_hz, double ba
   return provenance(files, band_lo_hz, band_hi_hz);
 }
 
-void predict_both(Identification& found, const std::string& scene_file) {
-  const ident::FrfKind form = found.transfer.function.outputs.front().kind;
-  const auto with = [&](fem::Damping damping) {
-    return blaming({scene_file}, [&] {
-      return predict(found.fit.scene, damping, found.transfer.function.frequency_hz, form, &found.mesh_error);
-    });
+/// Both predictions on the measured lines, with what is to be told of them.
+void predict_both(Identification& found) {
+  const ident::TransferFunction& measured = found.transfer.function;
+  const fem::Scene& scene = found.fit.scene;
+  const auto tell = [&](const std::string& warning) {
+    const bool told = std::count(found.warnings.begin(), found.warnings.end(), warning) > 0;
+    if (!told) found.warnings.push_back(warning);
   };
-  found.predicted_viscous = with(fem::Damping::viscous);
-  found.predicted = with(fem::Damping::structural);
+  for (const auto damping : {fem::Damping::structural, fem::Damping::viscous}) {
+    for (const auto& warning : prediction_warnings(scene, damping, measured.frequency_hz)) tell(warning);
+  }
+  const ident::FrfKind form = measured.outputs.front().kind;
+  found.predicted = predict(scene, fem::Damping::structural, measured.frequency_hz, form, &found.mesh_error);
+  found.predicted_viscous = predict(scene, fem::Damping::viscous, measured.frequency_hz, form);
+  if (const auto warning =
+          mesh_warning(fem::linear_path(scene).body, measured.frequency_hz, found.mesh_error)) {
+    tell(*warning);
+  }
+  if (const auto warning = window_warning(measured.exponential_decay, found.predicted.exponential_decay)) {
+    tell(*warning);
+  }
 }
 
 Identification identify(const Study& study) {
@@ -102,8 +108,7 @@ Identification identify(const Study& study) {
         "all modal constants have the sign opposite to the model's: a channel's sign is likely reversed");
   }
 
-  const fem::Body identified = fem::linear_path(found.fit.scene).body;
-  if (!has_modulus(identified)) {
+  if (!has_modulus(fem::linear_path(found.fit.scene).body)) {
     throw Error(study.file, 0,
                 "no measured mode could be trusted to stand for one of the model: check the scene's geometry "
                 "and ends, the "
@@ -111,10 +116,7 @@ Identification identify(const Study& study) {
   }
 
   progress("predicting and comparing");
-  for (auto& warning : extrapolation_warnings(identified, fem::Damping::structural, measured.frequency_hz)) {
-    found.warnings.push_back(std::move(warning));
-  }
-  predict_both(found, study.scene);
+  blaming({study.scene}, [&] { predict_both(found); });
   blaming({study.file}, [&] {
     found.comparison = ident::compare(measured, found.predicted, study.compare.lo_hz, study.compare.hi_hz);
     found.comparison_viscous =
@@ -150,8 +152,7 @@ std::vector<std::pair<std::string, std::string>> settings_of(const Study& study,
 Eigen::VectorXd model_frequencies(const SceneFit& fit) {
   const fem::Body body = fem::linear_path(fit.scene).body;
   const Eigen::VectorXd eigenvalue = fem::solve_eigenmodes(fem::assemble(body, fit.elements)).eigenvalue;
-  return eigenvalue.unaryExpr(
-      [&](double lambda) { return fem::natural_frequency_hz(lambda, body.material.youngs_modulus); });
+  return fem::natural_frequencies_hz(body, eigenvalue);
 }
 
 ReportContent report_content(const Study& study, const std::string& folder, const Identification& found) {
@@ -186,19 +187,18 @@ void write(const Study& study, const std::string& folder, const Identification& 
   });
 }
 
+std::string range_of(const Eigen::VectorXd& values, const char* unit) {
+  if (values.size() == 0) return "no mode is trusted for it";
+  return fmt::format("{:.4g} to {:.4g}{}", values.minCoeff(), values.maxCoeff(), unit);
+}
+
 void print_summary(const std::string& folder, const Identification& found) {
   const auto& identified = found.fit.identified;
-  const auto& rayleigh = identified.rayleigh;
   print(fmt::format("{} modes, {} trusted; body '{}'", found.modes.modes.size(),
                     identified.modulus.value.size(), identified.body));
-  if (identified.modulus.value.size() > 0) {
-    print(fmt::format("modulus      {:.4g} to {:.4g} GPa", 1e-9 * identified.modulus.value.minCoeff(),
-                      1e-9 * identified.modulus.value.maxCoeff()));
-    print(fmt::format("loss factor  {:.4g} to {:.4g}", identified.loss_factor.value.minCoeff(),
-                      identified.loss_factor.value.maxCoeff()));
-  }
-  print(fmt::format("Rayleigh     alpha {:.4g} ± {:.2g} 1/s, beta {:.4g} ± {:.2g} s", rayleigh.rayleigh.alpha,
-                    rayleigh.alpha_sigma, rayleigh.rayleigh.beta, rayleigh.beta_sigma));
+  print("modulus: " + range_of(1e-9 * identified.modulus.value, " GPa"));
+  print("loss factor: " + range_of(identified.loss_factor.value, ""));
+  print(rayleigh_line(identified));
   Table table{{"output", "FRAC structural", "error [dB]", "FRAC viscous", "error [dB]"}, {}};
   for (std::size_t k = 0; k < found.comparison.outputs.size(); ++k) {
     const auto& structural = found.comparison.outputs[k];

@@ -95,6 +95,7 @@ Eigen::VectorXd uniform_lines(const Band& band, double resolution_hz) {
 struct Wanted {
   Eigen::VectorXd frequency_hz;
   ident::FrfKind form = ident::FrfKind::unknown;
+  double exponential_decay = 0.0;  ///< [1/s] that the --like file's window added
 };
 
 Wanted wanted_like(const std::string& file, const std::string& band, fem::Scene& scene) {
@@ -115,7 +116,7 @@ Wanted wanted_like(const std::string& file, const std::string& band, fem::Scene&
     }
   }
   blaming({file}, [&] { fem::select_outputs(scene, names); });
-  Wanted wanted{like.frequency_hz, like.outputs.front().kind};
+  Wanted wanted{like.frequency_hz, like.outputs.front().kind, like.exponential_decay};
   if (wanted.frequency_hz(0) == 0.0) {
     warn(fmt::format("{}: its line at 0 Hz is left out of the prediction", file));
     wanted.frequency_hz = Eigen::VectorXd(wanted.frequency_hz.tail(wanted.frequency_hz.size() - 1));
@@ -134,7 +135,7 @@ Wanted wanted_lines(const PredictArguments& arguments) {
         "lines from {:g} to {:g} Hz, every {:g} Hz (--band, --resolution, or --like to repeat a file's)",
         band.lo_hz, band.hi_hz, resolution));
   }
-  return {uniform_lines(band, resolution), ident::FrfKind::unknown};
+  return {uniform_lines(band, resolution)};
 }
 
 void run_predict(const PredictArguments& arguments) {
@@ -154,35 +155,26 @@ void run_predict(const PredictArguments& arguments) {
   }();
   const fem::LinearPath path = blaming(files, [&] { return fem::linear_path(scene); });
   require_modulus(path.body, arguments.scene);
-  for (const std::string& warning : extrapolation_warnings(path.body, damping, wanted.frequency_hz))
-    warn(warning);
-  const fem::Material& material = path.body.material;
-  if (damping == fem::Damping::viscous && material.rayleigh.alpha == 0.0 && material.rayleigh.beta == 0.0) {
-    warn(fmt::format("body '{}' has no rayleigh damping: this viscous prediction is undamped",
-                     path.body.name));
-  }
-  if (!scene.contacts.empty()) {
-    warn(fmt::format("{}: contact is left out of this linear prediction; struna simulate has it",
-                     arguments.scene));
-  }
+  for (const std::string& warning : prediction_warnings(scene, damping, wanted.frequency_hz)) warn(warning);
 
   double worst = 0.0;
   const ident::TransferFunction tf =
       blaming(files, [&] { return predict(scene, damping, wanted.frequency_hz, wanted.form, &worst); });
+  if (const auto warning = window_warning(wanted.exponential_decay, tf.exponential_decay))
+    warn(arguments.like + ": " + *warning);
   ident::write_transfer_function(tf, arguments.to);
 
-  const double highest = wanted.frequency_hz(wanted.frequency_hz.size() - 1);
   print(
       fmt::format("{} lines, {} outputs [{}], {} damping, {} elements; largest estimated mesh error {:.2g} "
                   "of the outputs",
                   tf.lines(), tf.outputs.size(), tf.outputs.front().unit, fem::to_string(damping),
-                  mesh_elements(path.body, highest), worst));
-  if (worst > quiet_mesh_error) {
-    warn(
-        fmt::format("the mesh may be off by {:.2g} of the outputs at the worst line; more elements than {} "
-                    "in the scene help",
-                    worst, mesh_elements(path.body, highest)));
-  }
+                  mesh_elements(path.body, wanted.frequency_hz.maxCoeff()), worst));
+  if (const auto warning = mesh_warning(path.body, wanted.frequency_hz, worst)) warn(*warning);
+}
+
+bool is_zero(const fem::FrequencyLaw& law) {
+  const std::vector<double>& numbers = law.value.empty() ? law.parameters : law.value;
+  return std::all_of(numbers.begin(), numbers.end(), [](double number) { return number == 0.0; });
 }
 
 }  // namespace
@@ -207,6 +199,44 @@ std::vector<std::string> extrapolation_warnings(const fem::Body& body, fem::Damp
   return warnings;
 }
 
+std::optional<std::string> undamped_warning(const fem::Body& body, fem::Damping damping) {
+  const fem::Material& material = body.material;
+  const bool structural = damping == fem::Damping::structural;
+  const bool damped = structural ? !is_zero(material.loss_factor)
+                                 : material.rayleigh.alpha > 0.0 || material.rayleigh.beta > 0.0;
+  if (damped) return std::nullopt;
+  return fmt::format("body '{}' has no {}: the prediction with {} damping is undamped", body.name,
+                     structural ? "loss factor" : "rayleigh coefficients", fem::to_string(damping));
+}
+
+std::vector<std::string> prediction_warnings(const fem::Scene& scene, fem::Damping damping,
+                                             const Eigen::VectorXd& frequency_hz) {
+  const fem::Body body = fem::linear_path(scene).body;
+  std::vector<std::string> warnings = extrapolation_warnings(body, damping, frequency_hz);
+  if (const auto undamped = undamped_warning(body, damping)) warnings.push_back(*undamped);
+  if (!scene.contacts.empty()) {
+    warnings.push_back("the scene's contact is left out of a linear prediction; struna simulate has it");
+  }
+  return warnings;
+}
+
+std::optional<std::string> mesh_warning(const fem::Body& body, const Eigen::VectorXd& frequency_hz,
+                                        double worst_mesh_error) {
+  if (!(worst_mesh_error > quiet_mesh_error)) return std::nullopt;
+  return fmt::format(
+      "the mesh may be off by {:.2g} of the outputs at the worst line; more elements than {} in the scene "
+      "help",
+      worst_mesh_error, mesh_elements(body, frequency_hz.maxCoeff()));
+}
+
+std::optional<std::string> window_warning(double measured_decay, double predicted_decay) {
+  if (measured_decay == predicted_decay) return std::nullopt;
+  return fmt::format(
+      "an exponential window adds {:.4g} 1/s to the decay of every measured mode, {:.4g} 1/s to that of the "
+      "predicted ones: peaks agree in frequency, not in height and width",
+      measured_decay, predicted_decay);
+}
+
 ident::TransferFunction predict(const fem::Scene& scene, fem::Damping damping,
                                 const Eigen::VectorXd& frequency_hz, ident::FrfKind form,
                                 double* worst_mesh_error) {
@@ -218,7 +248,7 @@ ident::TransferFunction predict(const fem::Scene& scene, fem::Damping damping,
   if (worst_mesh_error != nullptr) *worst_mesh_error = largest_mesh_error(model, path, damping, frequency_hz);
 
   const ident::FrfKind natural = natural_kind(scene);
-  const Eigen::ArrayXcd omega = std::complex<double>(0.0, 2.0 * std::numbers::pi) * frequency_hz.array();
+  const Eigen::ArrayXcd i_omega = std::complex<double>(0.0, 2.0 * std::numbers::pi) * frequency_hz.array();
   ident::TransferFunction tf;
   tf.frequency_hz = frequency_hz;
   for (std::size_t k = 0; k < scene.measurement->names.size(); ++k) {
@@ -226,7 +256,7 @@ ident::TransferFunction predict(const fem::Scene& scene, fem::Damping damping,
     output.name = scene.measurement->names[k];
     output.kind = natural;
     output.unit = ident::unit_of(natural);
-    output.value = response.response.col(static_cast<long>(k)).array() * omega.pow(derivative(scene));
+    output.value = response.response.col(static_cast<long>(k)).array() * i_omega.pow(derivative(scene));
     tf.outputs.push_back(std::move(output));
   }
   if (form == ident::FrfKind::unknown || form == natural) return tf;

@@ -1,5 +1,7 @@
 #include "apps/scene_fit.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
 #include "apps/predict.hpp"
@@ -38,6 +40,16 @@ SceneFit fit_to_scene(const fem::Scene& scene, const ident::ModeSet& modes,
     fit.elements = elements(body);
   }
   return fit;
+}
+
+std::string rayleigh_line(const ident::IdentifiedParameters& identified) {
+  if (!identified.rayleigh_known) return "Rayleigh: no mode is trusted for its damping";
+  const ident::RayleighFit& fit = identified.rayleigh;
+  std::string line =
+      fmt::format("Rayleigh: alpha = {:.4g} +- {:.2g} 1/s{}, beta = {:.4g} +- {:.2g} s{}, rms/sigma {:.2f}",
+                  fit.rayleigh.alpha, fit.alpha_sigma, fit.alpha_at_bound ? " (held at zero)" : "",
+                  fit.rayleigh.beta, fit.beta_sigma, fit.beta_at_bound ? " (held at zero)" : "", fit.rms);
+  return fit.determined ? line : line + "; one frequency: beta alone";
 }
 
 }  // namespace struna::apps

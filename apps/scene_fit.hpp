@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>
+
 #include "fem/scene.hpp"
 #include "ident/parameter_identification.hpp"
 
@@ -16,5 +18,8 @@ struct SceneFit {
 /// follows from the modulus that is found: fitted again on a finer one until it has the mesh_elements() of
 /// the highest mode. Throws Error when there are no modes, or the scene lacks one of their outputs.
 SceneFit fit_to_scene(const fem::Scene& scene, const ident::ModeSet& modes, const ident::FitOptions& options);
+
+/// The Rayleigh coefficients with their standard errors, in one line.
+std::string rayleigh_line(const ident::IdentifiedParameters& identified);
 
 }  // namespace struna::apps

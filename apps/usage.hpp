@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "fem/error.hpp"
@@ -48,5 +49,7 @@ struct Band {
 };
 /// Throws UsageError unless 0 <= LO < HI.
 Band parse_band(const std::string& text);
+/// LO:HI in Pa; throws UsageError unless 0 < LO < HI.
+std::pair<double, double> parse_modulus_range(const std::string& text);
 
 }  // namespace struna::apps

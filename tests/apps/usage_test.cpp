@@ -34,6 +34,14 @@ TEST(Usage, BandRefusesWhatIsNotTwoRisingNumbers) {
   }
 }
 
+TEST(Usage, ModulusRangeIsTwoRisingPositiveNumbers) {
+  EXPECT_EQ(parse_modulus_range("1e10:3e11"), std::make_pair(1e10, 3e11));
+  for (const char* text : {"", "1e10", "0:1e11", "-1:1", "3e11:1e10", "1e10:1e10", "a:b"}) {
+    EXPECT_THROW(parse_modulus_range(text), UsageError) << text;
+    EXPECT_THAT(message_of([&] { parse_modulus_range(text); }), HasSubstr("--modulus-range")) << text;
+  }
+}
+
 TEST(Usage, OptionValueTurnsAReadersErrorIntoWrongUsage) {
   const auto reader = [](const std::string& word) -> int {
     if (word == "one") return 1;
