@@ -1,0 +1,11 @@
+# What find_package(struna) needs: the packages that the libraries were built with.
+include(CMakeFindDependencyMacro)
+find_dependency(Eigen3 3.4)
+find_dependency(Threads)
+find_dependency(fmt)
+find_dependency(glog)
+find_dependency(tomlplusplus)
+find_dependency(PkgConfig)
+pkg_check_modules(FFTW3 REQUIRED IMPORTED_TARGET fftw3)
+pkg_check_modules(NLOPT REQUIRED IMPORTED_TARGET nlopt_cxx)
+include(${CMAKE_CURRENT_LIST_DIR}/struna-targets.cmake)
