@@ -24,15 +24,20 @@ constexpr double least_share = 0.03;        // of the function around
 constexpr double one_pole = 0.05;           // bandwidths: nearer poles count as one
 constexpr double parallel = 0.9;            // modal assurance
 constexpr double settled = 0.1;  // standard errors, or 1e-4 bandwidths: the last round moves no mode farther
-constexpr int most_rounds = 8, most_trials = 3, most_iterations = 20;
+constexpr double lack_of_fit =
+    2.0;  // chi_square per degree of freedom from which on the model's own error is weighed in
+constexpr double structured = 4.0;  // lines worth one from which on the residual is no noise
+constexpr double narrower_windows[] = {8.0, 5.0, 3.0};  // bandwidths
+constexpr double most_scatter = 0.1;                    // beyond noise, of the radius
+constexpr double untouched = 1e-3;  // bandwidths: a group whose modes moved less is not fitted again
+constexpr int most_rounds = 8, most_trials = 3, most_iterations = 20, most_weighings = 4, fresh_rounds = 3;
 
 // One group's fit with what is needed to judge its poles.
 class GroupFit {
  public:
-  GroupFit(const TransferFunction& window, const BandFitOptions& options)
-      : window_(&window), options_(options) {
-    const double span = window.frequency_hz(window.lines() - 1) - window.frequency_hz(0);
-    spacing_ = span / static_cast<double>(window.lines() - 1);
+  GroupFit(const TransferFunction& window, const std::vector<Mode>& outside, const BandFitOptions& options)
+      : window_(&window), outside_(&outside), options_(options) {
+    spacing_ = band_of(window).spacing_hz;
   }
 
   bool can_fit(std::size_t poles) const {
@@ -49,11 +54,10 @@ class GroupFit {
   const PoleFit& result() const { return fit_; }
   long outputs() const { return static_cast<long>(window_->outputs.size()); }
 
+  // Above 1 by what sigma does not explain.
+  double lack() const { return fit_.chi_square / static_cast<double>(fit_.degrees_of_freedom); }
   // Variance of the scaled residual that the noise alone would show.
-  double scatter() const {
-    const double per_dof = fit_.chi_square / static_cast<double>(fit_.degrees_of_freedom);
-    return options_.sigma_known ? std::max(1.0, per_dof) : per_dof;
-  }
+  double scatter() const { return options_.sigma_known ? std::max(1.0, lack()) : lack(); }
   // What a further pole must take out of the sum of squares.
   double penalty() const {
     const double data = 2.0 * static_cast<double>(window_->lines() * outputs()) / fit_.line_correlation;
@@ -62,11 +66,15 @@ class GroupFit {
 
   // Why pole r is no mode; empty when it has support.
   std::string objection(long r) const;
-  // Its peak over the function's largest magnitude within a bandwidth, both as norms over the outputs in
-  // standard deviations.
+  // Its peak over the sum of the magnitudes of all shares there and of the residual terms, as norms over the
+  // outputs. Against the function itself a trifle would look large in an antiresonance, where large shares
+  // cancel.
   double share(long r) const;
   double significance(long r) const;
   double assurance(long r, long s) const;
+  // Rms of the residual within a bandwidth, as far as it goes on from line to line (noise does not), over the
+  // circle's radius.
+  double scatter_of(long r) const;
   bool is_double(long r) const;
   std::optional<long> worst(long targets) const;
 
@@ -81,6 +89,7 @@ class GroupFit {
   const Pole& pole(long r) const { return fit_.poles[static_cast<std::size_t>(r)]; }
 
   const TransferFunction* window_;
+  const std::vector<Mode>* outside_;
   BandFitOptions options_;
   double spacing_;
   PoleFit fit_;
@@ -92,21 +101,42 @@ double GroupFit::significance(long r) const {
 }
 
 double GroupFit::share(long r) const {
-  const auto [first, last] = lines_around(pole(r), 1.0);
-  if (last <= first) return 0.0;
-  const double scale = pole_scale(pole(r), options_.damping);
-  double largest = 0.0, own = 0.0;
-  for (long i = first; i < last; ++i) {
-    double total = 0.0, mine = 0.0;
-    for (long k = 0; k < outputs(); ++k) {
-      const auto& output = window_->outputs[static_cast<std::size_t>(k)];
-      total += std::norm(output.value(i) / output.sigma(i));
-      mine += std::norm(fit_.constant(r, k) / scale / output.sigma(i));
+  const double f = pole(r).natural_frequency_hz, omega = 2.0 * std::numbers::pi * f;
+  const auto at = std::lower_bound(window_->frequency_hz.begin(), window_->frequency_hz.end(), f);
+  const long line = std::min(window_->lines() - 1, static_cast<long>(at - window_->frequency_hz.begin()));
+  double own = 0.0, all = 0.0;
+  for (long k = 0; k < outputs(); ++k) {
+    const double sigma = window_->outputs[static_cast<std::size_t>(k)].sigma(line);
+    std::complex<double> rest = fit_.fitted(line, k);
+    double sum = 0.0;
+    for (long s = 0; s < static_cast<long>(fit_.poles.size()); ++s) {
+      rest -= modal_share(fit_.constant(s, k), pole(s), 2.0 * std::numbers::pi * window_->frequency_hz(line),
+                          options_.damping);
+      sum += std::abs(modal_share(fit_.constant(s, k), pole(s), omega, options_.damping));
     }
-    largest = std::max(largest, total);
-    own = std::max(own, mine);
+    for (const Mode& mode : *outside_)
+      sum += std::abs(modal_share(mode.modal_constant(k), pole_of(mode), omega, options_.damping));
+    own += std::norm(modal_share(fit_.constant(r, k), pole(r), omega, options_.damping)) / (sigma * sigma);
+    all += std::pow((sum + std::abs(rest)) / sigma, 2.0);
   }
-  return std::sqrt(own / largest);
+  return std::sqrt(own / all);
+}
+
+double GroupFit::scatter_of(long r) const {
+  constexpr long lag = 2;  // lines: noise is independent from there on, also behind a Hann window (nearly)
+  const auto [first, last] = lines_around(pole(r), 1.0);
+  const long n = last - first - lag;
+  if (n < 1) return 0.0;
+  double structure = 0.0, radius = 0.0;
+  for (long k = 0; k < outputs(); ++k) {
+    const auto& sigma = window_->outputs[static_cast<std::size_t>(k)].sigma;
+    const double unit = sigma.segment(first, last - first).squaredNorm() / static_cast<double>(last - first);
+    const auto residual = fit_.residual.col(k).cwiseProduct(sigma);
+    structure += residual.segment(first, n).dot(residual.segment(first + lag, n)).real() /
+                 (static_cast<double>(n) * unit);
+    radius += std::norm(0.5 * fit_.constant(r, k) / pole_scale(pole(r), options_.damping)) / unit;
+  }
+  return std::sqrt(std::max(0.0, structure) / radius);
 }
 
 double GroupFit::assurance(long r, long s) const {
@@ -203,24 +233,38 @@ std::vector<Pole> joined(const std::vector<Pole>& target, const std::vector<Pole
 struct GroupResult {
   std::vector<Mode> modes;
   std::vector<RejectedCandidate> rejected;
+  std::vector<Pole> banned;  // not to be tried again
   bool changed = false;
+  double lack = 0.0;  // of the fit, before the model's own error was weighed in
+  double line_correlation = 1.0;
 };
 
 class GroupRefiner {
  public:
-  GroupRefiner(const TransferFunction& window, const ModeGroup& group, const BandFitOptions& options,
+  GroupRefiner(TransferFunction window, const ModeGroup& group, const BandFitOptions& options,
                std::vector<Pole>& failed)
-      : window_(window), group_(group), options_(options), failed_(failed), fit_(window, options) {}
+      : window_(std::move(window)),
+        noise_(window_),
+        group_(group),
+        options_(options),
+        failed_(failed),
+        fit_(window_, group.outside, options) {}
+  GroupRefiner(const GroupRefiner&) = delete;  // fit_ points to window_
+  GroupRefiner& operator=(const GroupRefiner&) = delete;
 
   GroupResult run(bool search) {
     target_ = group_.target;
     if (!fit_.can_fit(group_.company.size())) return std::move(result_);
     while (!target_.empty() && !fit_.can_fit(target_.size() + group_.company.size()))
       reject(target_.size() - 1, "too few lines");
-    fit_.fit(joined(target_, group_.company));
-    take_over();
+    refit();
     drop();
     if (search) add();
+    result_.lack = fit_.lack();
+    result_.line_correlation = fit_.result().line_correlation;
+    weigh_model_error();
+    drop();
+    if (search) drop_what_is_no_circle();
     for (long r = 0; r < count(); ++r) {
       Mode mode = to_mode(fit_.result(), r, options_.damping);
       if (fit_.is_double(r)) add_flag(mode, ModeFlag::double_mode);
@@ -231,6 +275,41 @@ class GroupRefiner {
 
  private:
   long count() const { return static_cast<long>(target_.size()); }
+  void refit() {
+    fit_.fit(joined(target_, group_.company));
+    take_over();
+  }
+  // Last of all, as a mode that is still missing would spoil its neighbours' circles.
+  void drop_what_is_no_circle() {
+    while (count() > 0) {
+      long worst = 0;
+      for (long r = 1; r < count(); ++r)
+        if (fit_.scatter_of(r) > fit_.scatter_of(worst)) worst = r;
+      const double scatter = fit_.scatter_of(worst);
+      if (scatter < most_scatter) return;
+      failed_.push_back(target_[static_cast<std::size_t>(worst)]);
+      result_.banned.push_back(target_[static_cast<std::size_t>(worst)]);
+      reject(static_cast<std::size_t>(worst),
+             fmt::format("no circle: scatter {:.0f} % of the radius", 100.0 * scatter));
+      refit();
+    }
+  }
+  // Where noise does not explain the residual, a constant variance for the model's own error joins that of
+  // the noise, as large as the residual asks for. Else the lines of least noise, far from resonance, would
+  // rule the fit with what the model lacks there.
+  void weigh_model_error() {
+    for (int pass = 0; pass < most_weighings && fit_.lack() > lack_of_fit; ++pass) {
+      for (std::size_t k = 0; k < window_.outputs.size(); ++k) {
+        Eigen::VectorXd& sigma = window_.outputs[k].sigma;
+        const Eigen::VectorXd noise = noise_.outputs[k].sigma.cwiseAbs2();
+        const auto residual = fit_.result().residual.col(static_cast<long>(k));
+        const double excess =
+            0.5 * residual.cwiseAbs2().cwiseProduct(sigma.cwiseAbs2()).mean() - noise.mean();
+        sigma = (noise.array() + std::max(0.0, excess)).sqrt();
+      }
+      refit();
+    }
+  }
   void take_over() { target_.assign(fit_.result().poles.begin(), fit_.result().poles.begin() + count()); }
   void reject(std::size_t r, const std::string& reason) {
     result_.rejected.push_back({target_[r].natural_frequency_hz, reason});
@@ -241,8 +320,7 @@ class GroupRefiner {
   void drop() {
     while (const auto worst = fit_.worst(count())) {
       reject(static_cast<std::size_t>(*worst), fit_.objection(*worst));
-      fit_.fit(joined(target_, group_.company));
-      take_over();
+      refit();
     }
   }
 
@@ -255,11 +333,15 @@ class GroupRefiner {
       ++trials;
       std::vector<Pole> more = target_;
       more.push_back(candidate->pole);
-      GroupFit trial(window_, options_);
+      GroupFit trial(window_, group_.outside, options_);
       trial.fit(joined(more, group_.company));
       const double gain = fit_.result().chi_square - trial.result().chi_square;
       const double f = trial.result().poles[target_.size()].natural_frequency_hz;
-      if (!group_.territory.holds(f) || gain < trial.penalty() || trial.worst(count() + 1)) {
+      const bool refused_before = std::any_of(failed_.begin(), failed_.end(), [&](const Pole& other) {
+        return std::abs(other.natural_frequency_hz - f) < 0.1 * bandwidth_hz(other);
+      });
+      if (refused_before || !group_.territory.holds(f) || gain < trial.penalty() ||
+          trial.worst(count() + 1)) {
         failed_.push_back(candidate->pole);
         continue;
       }
@@ -271,7 +353,8 @@ class GroupRefiner {
     }
   }
 
-  const TransferFunction& window_;
+  TransferFunction window_;
+  TransferFunction noise_;  // the window with the noise's own sigma
   const ModeGroup& group_;
   BandFitOptions options_;
   std::vector<Pole>& failed_;  // candidates that a trial has refused
@@ -280,38 +363,100 @@ class GroupRefiner {
   GroupResult result_;
 };
 
+// In the widest window in which the model explains the lines; where it does in none, in the narrowest.
+GroupResult refine(const TransferFunction& tf, const ModeGroup& group, const std::vector<Mode>& modes,
+                   const BandFitOptions& options, bool search, std::vector<Pole>& failed) {
+  const LineBand band = band_of(tf);
+  GroupResult result = GroupRefiner(lines_of(tf, group, options.damping), group, options, failed).run(search);
+  if (group.target.empty() || !search) return result;
+  for (const double bandwidths : narrower_windows) {
+    // What was found in the wider window is taken up in the next round.
+    if (result.changed || (result.lack < lack_of_fit && result.line_correlation < structured)) break;
+    const ModeGroup narrow = with_window(group, modes, band, bandwidths);
+    result = GroupRefiner(lines_of(tf, narrow, options.damping), narrow, options, failed).run(search);
+  }
+  return result;
+}
+
+// What a group was and what came of it, to be taken up again while its modes stay.
+struct Done {
+  ModeGroup group;
+  GroupResult result;
+};
+
+bool stays(const Pole& before, const Pole& now) {
+  return std::abs(now.natural_frequency_hz - before.natural_frequency_hz) < untouched * bandwidth_hz(now) &&
+         std::abs(now.loss_factor - before.loss_factor) < untouched * now.loss_factor;
+}
+
+bool stays(const Done& done, const ModeGroup& now) {
+  const ModeGroup& before = done.group;
+  if (done.result.modes.size() != now.target.size() || before.company.size() != now.company.size() ||
+      before.outside.size() != now.outside.size())
+    return false;
+  for (std::size_t r = 0; r < now.target.size(); ++r)
+    if (!stays(pole_of(done.result.modes[r]), now.target[r])) return false;
+  for (std::size_t r = 0; r < now.company.size(); ++r)
+    if (!stays(before.company[r], now.company[r])) return false;
+  for (std::size_t r = 0; r < now.outside.size(); ++r)
+    if (!stays(pole_of(before.outside[r]), pole_of(now.outside[r]))) return false;
+  return true;
+}
+
+// Poles that only stand for what lies outside the band.
+std::string objection_at_edge(const Mode& mode, const std::vector<Mode>& start, const Span& band) {
+  const double f = mode.natural_frequency_hz, bandwidth = bandwidth_hz(pole_of(mode));
+  if (!band.holds(f)) return "outside the band";
+  if (f - bandwidth > band.lo_hz && f + bandwidth < band.hi_hz) return "";
+  const bool seen = std::any_of(start.begin(), start.end(), [&](const Mode& other) {
+    return std::abs(other.natural_frequency_hz - f) < bandwidth;
+  });
+  return seen ? "" : "within a bandwidth of the band's end and no peak: it may be a trend";
+}
+
 }  // namespace
 
 BandFit fit_band(const TransferFunction& tf, const std::vector<Mode>& start, const BandFitOptions& options) {
-  const Span band{tf.frequency_hz(0), tf.frequency_hz(tf.lines() - 1)};
+  const LineBand band = band_of(tf);
   BandFit result;
   result.modes = start;
   for (Mode& mode : result.modes) complete_start(tf, mode, options.damping);
   sort_by_frequency(result.modes);
-  std::vector<Pole> failed;
+  std::vector<Pole> failed, banned;
+  std::vector<Done> searched;
   for (int round = 0; round < most_rounds; ++round) {
     std::vector<Mode> modes;
+    std::vector<Done> done;
     bool changed = false;
     // Poles are added once the others' shares are known well.
     const bool search = options.search_residual && (round > 0 || start.empty());
     for (const ModeGroup& group : group_modes(result.modes, band)) {
       if (group.target.empty() && !search) continue;
-      const TransferFunction window = lines_of(tf, group, options.damping);
-      GroupResult refined = GroupRefiner(window, group, options, failed).run(search);
-      changed = changed || refined.changed;
-      modes.insert(modes.end(), refined.modes.begin(), refined.modes.end());
-      result.rejected.insert(result.rejected.end(), refined.rejected.begin(), refined.rejected.end());
+      const auto known = std::find_if(searched.begin(), searched.end(),
+                                      [&](const Done& candidate) { return stays(candidate, group); });
+      if (known != searched.end()) {
+        done.push_back(*known);
+      } else {
+        done.push_back({group, refine(tf, group, result.modes, options, search, failed)});
+        const GroupResult& refined = done.back().result;
+        changed = changed || refined.changed;
+        result.rejected.insert(result.rejected.end(), refined.rejected.begin(), refined.rejected.end());
+        banned.insert(banned.end(), refined.banned.begin(), refined.banned.end());
+      }
+      const auto& found = done.back().result.modes;
+      modes.insert(modes.end(), found.begin(), found.end());
     }
     sort_by_frequency(modes);
-    const bool done = round > 0 && !changed && same(result.modes, modes);
+    const bool settled_down = round > 0 && !changed && same(result.modes, modes);
     result.modes = std::move(modes);
-    if (done) break;
-    if (changed) failed.clear();
+    if (settled_down) break;
+    if (changed && round < fresh_rounds) failed = banned;
+    if (search) searched = std::move(done);
   }
   std::erase_if(result.modes, [&](const Mode& mode) {
-    if (band.holds(mode.natural_frequency_hz)) return false;
-    result.rejected.push_back({mode.natural_frequency_hz, "outside the band"});
-    return true;
+    const std::string reason = objection_at_edge(mode, start, band);
+    if (!reason.empty()) result.rejected.push_back({mode.natural_frequency_hz, reason});
+    return !reason.empty();
   });
   return result;
 }

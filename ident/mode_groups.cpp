@@ -10,7 +10,8 @@ namespace {
 constexpr std::size_t largest_group = 6;
 constexpr double apart = 4.0;  // bandwidths: nearer modes are fitted as one group
 constexpr double window_bandwidths =
-    15.0;  // either side: with three residual terms costs a tenth of the accuracy
+    15.0;                              // either side: with three residual terms costs a tenth of the accuracy
+constexpr double window_lines = 15.0;  // the least either side
 constexpr double core_bandwidths = 3.0;   // of a neighbour that must not be cut by a window's end
 constexpr double beyond = 1.3;            // times the band's end: farther out a pole is a trend, no neighbour
 constexpr double model_tolerance = 3e-4;  // of the largest magnitude in the window
@@ -36,30 +37,35 @@ void split(const std::vector<Mode>& modes, std::size_t first, std::size_t last,
 
 // Window of modes [first, last): so many bandwidths either side, longer where it would end within a
 // neighbour's core.
-Span window_of(const std::vector<Mode>& modes, std::size_t first, std::size_t last, const Span& band) {
+Span window_of(const std::vector<Mode>& modes, std::size_t first, std::size_t last, const LineBand& band,
+               double bandwidths) {
   Span window{modes[first].natural_frequency_hz, modes[last - 1].natural_frequency_hz};
-  const auto stretch = [&](const Mode& mode, double bandwidths) {
-    const double f = mode.natural_frequency_hz, reach = bandwidths * bandwidth_hz(pole_of(mode));
+  const auto stretch = [&](const Mode& mode, double so_many) {
+    const double f = mode.natural_frequency_hz, reach = so_many * bandwidth_hz(pole_of(mode));
     window.lo_hz = std::min(window.lo_hz, std::max(f - reach, 0.5 * f));  // an octave at most
     window.hi_hz = std::max(window.hi_hz, std::min(f + reach, 2.0 * f));
   };
-  for (std::size_t i = first; i < last; ++i) stretch(modes[i], window_bandwidths);
+  for (std::size_t i = first; i < last; ++i)
+    stretch(modes[i], std::max(bandwidths, window_lines * band.spacing_hz / bandwidth_hz(pole_of(modes[i]))));
   const Span reach = window;
   const auto touched = [&](const Mode& mode) {
     const double core = core_bandwidths * bandwidth_hz(pole_of(mode));
     return mode.natural_frequency_hz > reach.lo_hz - core && mode.natural_frequency_hz < reach.hi_hz + core;
   };
   for (const Mode& mode : modes)
-    if (touched(mode)) stretch(mode, core_bandwidths);
+    if (touched(mode)) stretch(mode, std::min(core_bandwidths, bandwidths));
   return {std::max(band.lo_hz, window.lo_hz), std::min(band.hi_hz, window.hi_hz)};
 }
 
-ModeGroup group_of(const std::vector<Mode>& modes, std::size_t first, std::size_t last, const Span& band) {
+ModeGroup group_of(const std::vector<Mode>& modes, std::size_t first, std::size_t last, const LineBand& band,
+                   double bandwidths) {
   const auto middle = [&](std::size_t i) {
     return 0.5 * (modes[i - 1].natural_frequency_hz + modes[i].natural_frequency_hz);
   };
   ModeGroup group;
-  group.window = window_of(modes, first, last, band);
+  group.first = first;
+  group.last = last;
+  group.window = window_of(modes, first, last, band, bandwidths);
   group.territory = {first == 0 ? band.lo_hz / beyond : middle(first),
                      last == modes.size() ? band.hi_hz * beyond : middle(last)};
   for (std::size_t i = 0; i < modes.size(); ++i) {
@@ -84,9 +90,17 @@ void sort_by_frequency(std::vector<Mode>& modes) {
             [](const Mode& a, const Mode& b) { return a.natural_frequency_hz < b.natural_frequency_hz; });
 }
 
-std::vector<ModeGroup> group_modes(const std::vector<Mode>& modes, const Span& band) {
+LineBand band_of(const TransferFunction& tf) {
+  LineBand band;
+  band.lo_hz = tf.frequency_hz(0);
+  band.hi_hz = tf.frequency_hz(tf.lines() - 1);
+  band.spacing_hz = (band.hi_hz - band.lo_hz) / static_cast<double>(tf.lines() - 1);
+  return band;
+}
+
+std::vector<ModeGroup> group_modes(const std::vector<Mode>& modes, const LineBand& band) {
   const Span wide{band.lo_hz / beyond, band.hi_hz * beyond};
-  if (modes.empty()) return {{{}, {}, {}, band, wide}};
+  if (modes.empty()) return {{{}, {}, {}, band, wide, 0, 0}};
   std::vector<std::size_t> cuts = {0};
   split(modes, 0, modes.size(), cuts);
   cuts.push_back(modes.size());
@@ -94,17 +108,22 @@ std::vector<ModeGroup> group_modes(const std::vector<Mode>& modes, const Span& b
   double covered = band.lo_hz;
   const auto fill_to = [&](double to_hz) {
     const Span gap{covered, to_hz};
-    if (to_hz > covered) groups.push_back({{}, {}, modes, gap, gap});
+    if (to_hz > covered) groups.push_back({{}, {}, modes, gap, gap, 0, 0});
     covered = std::max(covered, to_hz);
   };
   for (std::size_t c = 0; c + 1 < cuts.size(); ++c) {
-    ModeGroup group = group_of(modes, cuts[c], cuts[c + 1], band);
+    ModeGroup group = group_of(modes, cuts[c], cuts[c + 1], band, window_bandwidths);
     fill_to(group.window.lo_hz);
     covered = std::max(covered, group.window.hi_hz);
     groups.push_back(std::move(group));
   }
   fill_to(band.hi_hz);
   return groups;
+}
+
+ModeGroup with_window(const ModeGroup& group, const std::vector<Mode>& modes, const LineBand& band,
+                      double bandwidths) {
+  return group_of(modes, group.first, group.last, band, bandwidths);
 }
 
 TransferFunction lines_of(const TransferFunction& tf, const ModeGroup& group, fem::Damping damping) {

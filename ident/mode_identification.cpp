@@ -23,7 +23,9 @@ constexpr std::array<std::pair<ModeMethod, const char*>, 4> method_words = {
      {ModeMethod::circle, "circle"},
      {ModeMethod::half_power, "half-power"},
      {ModeMethod::multi, "multi"}}};
-constexpr long least_window_lines = 7;
+constexpr double window_lines = 13.0;       // a window of a bandwidth either side has at least so many lines
+constexpr double least_window_lines = 7.0;  // the same where neighbours press
+constexpr double most_scatter = 0.08;       // of a circle's radius, beyond noise
 constexpr int window_passes = 4;
 
 struct Context {
@@ -44,6 +46,36 @@ void check(const ModeOptions& options) {
       if (!(f > 0.0)) throw Error(fmt::format("identify_modes: listed frequencies above 0 Hz, got {}", f));
 }
 
+// The lines from the first to the last that stand out of the noise (41 around each, twice): past the
+// excitation's band there is nothing to identify. All lines where none does.
+TransferFunction without_noisy_ends(const TransferFunction& tf) {
+  constexpr long half = 20;
+  constexpr double stands_out = 2.0;
+  Eigen::ArrayXd power = Eigen::ArrayXd::Zero(tf.lines());
+  for (const auto& output : tf.outputs) power += output.value.array().abs2() / output.sigma.array().square();
+  power /= 2.0 * static_cast<double>(tf.outputs.size());  // 1 for noise alone
+  long first = -1, last = -1;
+  for (long i = 0; i < tf.lines(); ++i) {
+    const long lo = std::max(0L, i - half), hi = std::min(tf.lines() - 1, i + half);
+    std::vector<double> around(power.data() + lo, power.data() + hi + 1);
+    std::nth_element(around.begin(), around.begin() + static_cast<long>(around.size() / 2), around.end());
+    if (around[around.size() / 2] < stands_out * stands_out) continue;
+    if (first < 0) first = i;
+    last = i;
+  }
+  return last - first < 2 * half ? tf : restrict_band(tf, tf.frequency_hz(first), tf.frequency_hz(last));
+}
+
+// One entry for what several rounds have refused.
+void deduplicate(std::vector<RejectedCandidate>& rejected) {
+  std::stable_sort(rejected.begin(), rejected.end(),
+                   [](const auto& a, const auto& b) { return a.frequency_hz < b.frequency_hz; });
+  const auto end = std::unique(rejected.begin(), rejected.end(), [](const auto& a, const auto& b) {
+    return std::abs(a.frequency_hz - b.frequency_hz) < 2e-3 * b.frequency_hz;
+  });
+  rejected.erase(end, rejected.end());
+}
+
 Context prepare(const TransferFunction& tf, const ModeOptions& options) {
   check(options);
   Context context;
@@ -51,7 +83,10 @@ Context prepare(const TransferFunction& tf, const ModeOptions& options) {
   // Noise is judged in the form measured, where it is smooth; 1/omega^2 would tilt it steeply at the low end.
   const TransferFunction noisy = with_noise_floor(tf);
   TransferFunction form = to_circle_form(noisy, options.damping);
-  if (options.band_hi_hz > 0.0) form = restrict_band(form, options.band_lo_hz, options.band_hi_hz);
+  if (options.band_hi_hz > 0.0)
+    form = restrict_band(form, options.band_lo_hz, options.band_hi_hz);
+  else if (options.frequencies_hz.empty() && options.extra_hz.empty())
+    form = without_noisy_ends(form);
   if (form.lines() < 5)
     throw Error(fmt::format("identify_modes: at least 5 lines above 0 Hz in the band, got {}; widen the band",
                             form.lines()));
@@ -91,11 +126,12 @@ struct Window {
   double hi_hz = 0.0;
 };
 
-// A bandwidth either side, not past the middle between neighbours; at least seven lines all the same.
+// A bandwidth either side, more where lines are coarse (the arc's ends then pin the residual), not past the
+// middle between neighbours; seven lines all the same.
 Window window_around(const Context& context, const Pole& pole, double left_hz, double right_hz) {
   const double f = pole.natural_frequency_hz;
-  const double least = 0.5 * static_cast<double>(least_window_lines) * context.spacing_hz;
-  const double reach = bandwidth_hz(pole);
+  const double least = 0.5 * least_window_lines * context.spacing_hz;
+  const double reach = std::max(bandwidth_hz(pole), 0.5 * window_lines * context.spacing_hz);
   Window window;
   window.lo_hz = std::min(f - least, std::max(f - reach, 0.5 * (left_hz + f)));
   window.hi_hz = std::max(f + least, std::min(f + reach, 0.5 * (right_hz + f)));
@@ -135,8 +171,17 @@ std::string objection(const Context& context, const Mode& mode) {
   if (mode.loss_factor * mode.natural_frequency_hz < 0.3 * context.spacing_hz)
     return fmt::format("half-power band {:.3g} Hz far below the line spacing {:.3g} Hz",
                        mode.loss_factor * mode.natural_frequency_hz, context.spacing_hz);
-  if (mode.loss_factor_sigma > 0.5 * mode.loss_factor) return "drowned in noise";
+  if (mode.loss_factor_sigma > 0.3 * mode.loss_factor) return "drowned in noise";
   return "";
+}
+
+// The same, and a circle that is none: scatter that noise does not explain, in every output.
+std::string objection_to_circle(const Context& context, const Mode& mode) {
+  const auto best = std::min_element(mode.circles.begin(), mode.circles.end(),
+                                     [](const Circle& a, const Circle& b) { return a.scatter < b.scatter; });
+  if (mode.has(ModeFlag::poor_circle) && best->scatter > most_scatter)
+    return fmt::format("no circle: scatter {:.0f} % of the radius", 100.0 * best->scatter);
+  return objection(context, mode);
 }
 
 // The narrowest start that leads to a mode: noise on a peak makes its flanks look steeper than they are.
@@ -177,7 +222,8 @@ void single_mode_fits(const Context& context, const std::vector<Pole>& poles, Mo
     }
   }
   std::erase_if(set.modes, [&](const Mode& mode) {
-    const std::string reason = objection(context, mode);
+    const std::string reason =
+        mode.circles.empty() ? objection(context, mode) : objection_to_circle(context, mode);
     if (!reason.empty()) set.rejected.push_back({mode.natural_frequency_hz, reason});
     return !reason.empty();
   });
@@ -199,15 +245,27 @@ void attach_circles(const Context& context, std::vector<Mode>& modes) {
   }
 }
 
+bool is_listed(const Context& context, const Pole& pole) {
+  for (const auto* list : {&context.options.frequencies_hz, &context.options.extra_hz})
+    for (const double f : *list)
+      if (std::abs(pole.natural_frequency_hz - f) < std::max(bandwidth_hz(pole), context.spacing_hz))
+        return true;
+  return false;
+}
+
+// Circle fits of the candidates start the multi-mode fit. One that makes no circle is left to the search of
+// the residual, unless the user listed it.
 void multi_mode_fits(const Context& context, const std::vector<Pole>& poles, ModeSet& set) {
-  const bool with_circles = context.options.method == ModeMethod::automatic;
-  std::vector<Mode> start(poles.size());
-  if (with_circles) start = circles_of(context, poles);
+  std::vector<Mode> start;
+  std::vector<Mode> circles = circles_of(context, poles);
   for (std::size_t r = 0; r < poles.size(); ++r) {
-    if (with_circles && objection(context, start[r]).empty()) continue;
-    start[r] = Mode();
-    start[r].natural_frequency_hz = poles[r].natural_frequency_hz;
-    start[r].loss_factor = poles[r].loss_factor;
+    if (objection_to_circle(context, circles[r]).empty()) {
+      start.push_back(std::move(circles[r]));
+    } else if (is_listed(context, poles[r])) {
+      start.emplace_back();
+      start.back().natural_frequency_hz = poles[r].natural_frequency_hz;
+      start.back().loss_factor = poles[r].loss_factor;
+    }
   }
   BandFitOptions options;
   options.damping = context.options.damping;
@@ -215,7 +273,7 @@ void multi_mode_fits(const Context& context, const std::vector<Pole>& poles, Mod
   BandFit fit = fit_band(context.tf, start, options);
   set.modes = std::move(fit.modes);
   set.rejected = std::move(fit.rejected);
-  if (with_circles) attach_circles(context, set.modes);
+  if (context.options.method == ModeMethod::automatic) attach_circles(context, set.modes);
 }
 
 // Only the modes nearest to the user's frequencies, each within three bandwidths of its own.
@@ -300,6 +358,7 @@ ModeSet identify_modes(const TransferFunction& tf, const ModeOptions& options) {
     single_mode_fits(context, poles, set);
   else
     multi_mode_fits(context, poles, set);
+  deduplicate(set.rejected);
   flag_modes(set.modes, context.spacing_hz, context.lo_hz, context.hi_hz);
   if (!options.frequencies_hz.empty()) keep_listed(options.frequencies_hz, set);
   take_out_window_damping(tf.exponential_decay, options.damping, set);
