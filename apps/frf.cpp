@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <cstdlib>
 #include <memory>
 
 #include "apps/commands.hpp"
@@ -131,18 +132,20 @@ void add_frf(CLI::App& app) {
       ->capture_default_str();
   frf->add_option("--resolution", welch.resolution_hz,
                   "line spacing [Hz]; default: from the records' duration")
-      ->check(CLI::PositiveNumber);
+      ->check([](const std::string& text) {
+        return std::atof(text.c_str()) > 0.0 ? "" : "must be above 0 Hz, got " + text;
+      });
   frf->add_option("--band", arguments->band, "LO:HI, lines to write [Hz]");
-  frf->add_option("--overlap", welch.overlap, "of the segments, 0 to 0.9")
-      ->check(CLI::Range(0.0, 0.9))
-      ->capture_default_str();
+  const CLI::Option* const overlap = frf->add_option("--overlap", welch.overlap, "of the segments, 0 to 0.9")
+                                         ->check(CLI::Range(0.0, 0.9))
+                                         ->capture_default_str();
   frf->add_option("--window", arguments->window,
                   "auto, hann, rectangular (alone: one segment per record) or exponential (impact tests)")
       ->capture_default_str();
   frf->add_flag("--impact", welch.impact, "hammer test: each record holds one hit and is one segment");
-  frf->add_option("--exponential-end", welch.exponential_end,
-                  "value of the exponential window at the end of the record")
-      ->capture_default_str();
+  const CLI::Option* const end = frf->add_option("--exponential-end", welch.exponential_end,
+                                                 "value of the exponential window at the end of the record")
+                                     ->capture_default_str();
   frf->add_option("--channel", arguments->channels,
                   "NAME:key=value,... corrects a column before use: sensitivity, sign, delay [s], unit")
       ->expected(1)
@@ -152,7 +155,13 @@ void add_frf(CLI::App& app) {
       "  struna frf records.csv --input displacement --output force_y --output force_z -o trfam.csv --band "
       "10:1000\n"
       "  struna frf hit_1.csv hit_2.csv --input force --output acceleration --impact -o trfam.csv");
-  frf->callback([arguments] { run_frf(*arguments); });
+  frf->callback([arguments, overlap, end] {
+    if (end->count() > 0 && arguments->window != "exponential")
+      throw UsageError("--exponential-end goes with --window exponential");
+    if (overlap->count() > 0 && arguments->settings.welch.impact)
+      throw UsageError("--overlap: a hit is one segment, which overlaps with none");
+    run_frf(*arguments);
+  });
 }
 
 }  // namespace struna::apps
