@@ -53,6 +53,7 @@ void mean_direction(ClosedContact& c, int dimension) {
 /// a . W_ij b for the block of contacts i and j.
 double block(const RowMatrix& w, int dimension, std::size_t i, std::size_t j, const double* a,
              const double* b) {
+  if (dimension == 1) return a[0] * w(static_cast<int>(i), static_cast<int>(j)) * b[0];
   double sum = 0.0;
   for (int r = 0; r < dimension; ++r) {
     for (int s = 0; s < dimension; ++s) {
@@ -80,6 +81,7 @@ double contact_heat(const ClosedContact& c, double step) {
 void ContactSolver::reserve(int points, int dimension) {
   free_.resize(points * dimension);
   update_.resize(points);
+  slope_.resize(points);
   jacobian_.resize(points * points);
 }
 
@@ -106,8 +108,9 @@ void ContactSolver::eliminate(int n) {
   // J = I + (positive diagonal)(positive semidefinite): leading minors are positive, no pivoting needed.
   double* a = jacobian_.data();
   for (int k = 0; k < n; ++k) {
+    const double inverse = 1.0 / a[k * n + k];
     for (int i = k + 1; i < n; ++i) {
-      const double factor = a[i * n + k] / a[k * n + k];
+      const double factor = a[i * n + k] * inverse;
       for (int j = k + 1; j < n; ++j) a[i * n + j] -= factor * a[k * n + j];
       update_[i] -= factor * update_[k];
     }
@@ -129,40 +132,41 @@ bool ContactSolver::solve(std::vector<ClosedContact>& contacts, int dimension, c
   double last_change = std::numeric_limits<double>::infinity();
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
     move(contacts, dimension, w);
-    if (iteration > 0) {
-      for (ClosedContact& c : contacts) mean_direction(c, dimension);
-      if (dimension > 1) move(contacts, dimension, w);
-    }
-    for (std::size_t i = 0; i < n; ++i) {
-      const ForceAndSlope law = mean_force(contacts[i], step);
-      update_[i] = law.force - contacts[i].force;
-      double normal[2];
-      end_normal(contacts[i], dimension, normal);
-      for (std::size_t j = 0; j < n; ++j) {
-        jacobian_[i * n + j] =
-            (i == j ? 1.0 : 0.0) + law.slope * block(w, dimension, i, j, normal, contacts[j].direction);
-      }
-    }
-    eliminate(static_cast<int>(n));
-    bool settled = true;
+    bool settled = iteration > 0;
     double change = 0.0;  // largest movement still asked for, over the gap
     for (std::size_t i = 0; i < n; ++i) {
       ClosedContact& c = contacts[i];
+      const double before[2] = {c.direction[0], c.direction[1]};
+      mean_direction(c, dimension);
       c.normal_flexibility = block(w, dimension, i, i, c.direction, c.direction);
-      c.force += update_[i];
-      // Settled when the step would move the point by no more than the rounding of its offset.
-      const double moved = std::abs(update_[i]) * c.normal_flexibility;
+      const ForceAndSlope law = mean_force(c, step);
+      update_[i] = law.force - c.force;
+      slope_[i] = law.slope;
+      double turned = 0.0;
+      for (int d = 0; d < dimension; ++d) turned = std::max(turned, std::abs(c.direction[d] - before[d]));
+      // Settled when what is missing would move the point by no more than the rounding of its offset.
+      const double missing =
+          std::abs(update_[i]) / (1.0 + law.slope * c.normal_flexibility) + turned * std::abs(c.force);
+      const double moved = missing * c.normal_flexibility;
       settled = settled && (moved <= 1e-16 * (c.gap + std::abs(c.end_penetration)) ||
-                            std::abs(update_[i]) <= 1e-14 * std::abs(c.force));
+                            missing <= 1e-14 * std::abs(c.force));
       change = std::max(change, moved / (c.gap + std::abs(c.end_penetration)));
     }
     // Newton that no longer gains stands on the rounding of the offsets, which are differences of far larger
     // motions.
     const bool stalled = change < 1e-9 && change > 0.25 * last_change;
     last_change = change;
-    if (!settled && !stalled) continue;
-    move(contacts, dimension, w);
-    return true;
+    if (settled || stalled) return true;
+    for (std::size_t i = 0; i < n; ++i) {
+      double normal[2];
+      end_normal(contacts[i], dimension, normal);
+      for (std::size_t j = 0; j < n; ++j) {
+        jacobian_[i * n + j] =
+            (i == j ? 1.0 : 0.0) + slope_[i] * block(w, dimension, i, j, normal, contacts[j].direction);
+      }
+    }
+    eliminate(static_cast<int>(n));
+    for (std::size_t i = 0; i < n; ++i) contacts[i].force += update_[i];
   }
   return false;
 }

@@ -55,7 +55,7 @@ class ContactSolver {
   /// Solves J x = b in place, J from residual slopes; n x n.
   void eliminate(int n);
 
-  std::vector<double> free_, jacobian_, update_;
+  std::vector<double> free_, jacobian_, update_, slope_;
 };
 
 /// Heat of one closed contact over a step [J]: c (g1 - g0)^2/h, or its Hunt-Crossley form.

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "fem/band_cholesky.hpp"
+#include "fem/contact_end_force.hpp"
 #include "fem/contact_solver.hpp"
 #include "fem/error.hpp"
 
@@ -51,36 +52,6 @@ struct BodyState {
   Eigen::VectorXd x, v, a;
 };
 
-/// One contact at the end of a step, given all the others: g = g_free - w F, g' = g'_free - a1 w F.
-struct ScalarContact {
-  double g, rate, w, a1;
-};
-
-/// The force that meets the law. The dashpot's jump at touch is a step in the law: where the force would have
-/// to lie inside it, the point ends on the wall (g = 0).
-double scalar_force(const ContactForceLaw& law, const ScalarContact& s) {
-  if (s.g <= 0.0) return 0.0;
-  const double wall = s.g / s.w;
-  const double k = law.stiffness;
-  const double c = law.damping;
-  if (law.kind == ContactLaw::hunt_crossley) {
-    const auto excess = [&](double force) {
-      return force - contact_force(law, s.g - s.w * force, s.rate - s.a1 * s.w * force);
-    };
-    double lo = 0.0;
-    double hi = wall;
-    for (int i = 0; i < 100 && hi - lo > 1e-15 * wall; ++i) {
-      const double middle = 0.5 * (lo + hi);
-      (excess(middle) > 0.0 ? hi : lo) = middle;
-    }
-    return 0.5 * (lo + hi);
-  }
-  const double damped = (k * s.g + c * s.rate) / (1.0 + (k + c * s.a1) * s.w);
-  if (law.kind == ContactLaw::no_adhesion) return std::clamp(damped, 0.0, wall);
-  if (s.rate - s.a1 * s.w * damped >= 0.0) return std::min(damped, wall);
-  return k * s.g / (1.0 + k * s.w);
-}
-
 }  // namespace
 
 class NewmarkStepper::State {
@@ -123,7 +94,7 @@ class NewmarkStepper::State {
   std::vector<NewmarkTable> tables_;   ///< the step and the cut step
   std::vector<BodyState> next_;
   MotionSample next_motion_;
-  Eigen::VectorXd next_offset_, next_rate_, trial_, trial_rate_;
+  Eigen::VectorXd next_offset_, next_rate_;
   Eigen::VectorXd y_, mass_y_, damping_y_, load_, contact_;
   bool accelerated_ = false;  ///< the present acceleration is known
 };
@@ -370,48 +341,13 @@ void NewmarkStepper::State::free_step(const NewmarkTable& table, double end_time
   }
 }
 
-/// Forces at the end of the step by Gauss-Seidel over the points; each point's own law is met exactly, so the
-/// jump of the dashpot at touch does no harm. The flexibility is positive definite and the laws rise with
-/// penetration: it converges.
 void NewmarkStepper::State::solve_contacts(const NewmarkTable& table) {
-  const RowMatrix& w = table.flexibility;
-  const double a1 = table.constants.a1;
-  contact_.setZero();
-  for (int i = 0; i < point_count(); ++i) force_[i] = 0.0;
-  trial_ = next_offset_;
-  trial_rate_ = next_rate_;
-  constexpr int most_sweeps = 2000;
-  for (int sweep = 0; sweep < most_sweeps; ++sweep) {
-    double change = 0.0;
-    double largest = 0.0;
-    for (int i = 0; i < point_count(); ++i) {
-      const ContactPoint& point = points_[i];
-      const double size = contact_distance(point.shape, &trial_[2 * i], 2);
-      if (force_[i] == 0.0 && size <= point.gap) continue;
-      const Eigen::Vector2d n = point.shape == StopShape::wall
-                                    ? Eigen::Vector2d(Eigen::Vector2d::UnitX())
-                                    : Eigen::Vector2d(trial_.segment<2>(2 * i) / size);
-      // The point with its own force taken away, to first order along its present normal.
-      const Eigen::Vector2d own = contact_.segment<2>(2 * i);
-      const Eigen::Matrix2d w_own = w.block<2, 2>(2 * i, 2 * i);
-      const ScalarContact scalar{size - point.gap - n.dot(w_own * own),
-                                 n.dot(trial_rate_.segment<2>(2 * i) - a1 * (w_own * own)), n.dot(w_own * n),
-                                 a1};
-      force_[i] = scalar_force(point.law, scalar);
-      const Eigen::Vector2d update = -force_[i] * n - own;
-      contact_.segment<2>(2 * i) += update;
-      for (int d = 0; d < 2; ++d) {
-        if (update[d] == 0.0) continue;
-        trial_ += update[d] * w.row(2 * i + d).transpose();
-        trial_rate_ += a1 * update[d] * w.row(2 * i + d).transpose();
-      }
-      change = std::max(change, update.norm());
-      largest = std::max(largest, force_[i]);
-    }
-    if (change <= 1e-12 * largest) return;
+  const bool found = solve_end_forces(points_, table.flexibility, table.constants.a1, next_offset_,
+                                      next_rate_, contact_, force_);
+  if (!found) {
+    throw Error(
+        fmt::format("NewmarkStepper: contact forces at t = {} s did not converge; lower the step", time_));
   }
-  throw Error(
-      fmt::format("NewmarkStepper: contact forces at t = {} s did not converge; lower the step", time_));
 }
 
 void NewmarkStepper::State::finish_step(const NewmarkTable& table) {
@@ -540,33 +476,6 @@ Eigen::Vector2d NewmarkStepper::offset(int point) const {
 }
 const StepReport& NewmarkStepper::report() const {
   return state_->report_;
-}
-
-NodalBody nodal_body(const Model& model, double youngs_modulus, const Rayleigh& rayleigh,
-                     const std::vector<End>& moved, const Eigen::Vector3d& direction) {
-  const int n = model.dof_count();
-  Eigen::VectorXd carried = Eigen::VectorXd::Zero(n);
-  for (const End end : moved) carried.segment<3>(first_dof(model, end)) = direction;
-  for (const int dof : model.free_dof) {
-    if (carried[dof] != 0.0) {
-      throw Error(fmt::format("nodal_body: the moved support of '{}' must be held (clamped or pinned)",
-                              model.body.name));
-    }
-  }
-  const Eigen::VectorXd inertia = multiply(model.mass, carried);
-  const Eigen::VectorXd elastic = youngs_modulus * multiply(model.stiffness, carried);
-  NodalBody body;
-  body.mass = submatrix(model.mass, model.free_dof);
-  body.stiffness = submatrix(model.stiffness, model.free_dof);
-  body.stiffness.lower *= youngs_modulus;
-  body.rayleigh = rayleigh;
-  body.load.resize(static_cast<Eigen::Index>(model.free_dof.size()), 3);
-  for (std::size_t i = 0; i < model.free_dof.size(); ++i) {
-    const int dof = model.free_dof[i];
-    body.load.row(static_cast<Eigen::Index>(i)) << -elastic[dof],
-        -rayleigh.alpha * inertia[dof] - rayleigh.beta * elastic[dof], -inertia[dof];
-  }
-  return body;
 }
 
 }  // namespace struna::fem
