@@ -87,6 +87,7 @@ class ModalStepper::State {
   void fire(int point, ContactEvent::Kind kind);
   void fire_due(double step);
   void strike(int point, double approach_speed);
+  void check_resolved(int point) const;
   bool in_contact() const;
   void step_toward(double target);
 

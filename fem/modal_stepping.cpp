@@ -80,8 +80,22 @@ void ModalStepper::State::fire(int point, ContactEvent::Kind kind) {
   } else {
     phase_[point] = phase_after(kind, law, speed);
   }
-  if (kind == ContactEvent::Kind::touch) control_.restart_contact();
+  if (kind == ContactEvent::Kind::touch) {
+    check_resolved(point);
+    control_.restart_contact();
+  }
   if (options_.keep_events) events_.push_back(event);
+}
+
+/// A contact so stiff that it swings within the time to which its touch is known would return a wrong speed.
+void ModalStepper::State::check_resolved(int point) const {
+  const double frequency = std::sqrt(points_[point].law.stiffness * mobility(point));
+  if (frequency * control_.event_slack() < 1e-3) return;
+  throw Error(
+      fmt::format("ModalStepper: contact point {} is too stiff to resolve ({} N/m, {:.2g} rad/s against "
+                  "events located to "
+                  "{:.1g} s); lower the stiffness or take the law hard_stop",
+                  point, points_[point].law.stiffness, frequency, control_.event_slack()));
 }
 
 /// Newton's impact: the impulse that turns the approach speed v into -r v.

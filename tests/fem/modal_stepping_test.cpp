@@ -459,6 +459,21 @@ TEST(ModalStepping, RefusesWhatCannotBeStepped) {
   EXPECT_THROW(stepper.set_state(0, vector({1.0}), vector({1.0})), Error);
 }
 
+TEST(ModalStepping, StiffContactTendsToTheRigidOneAndTooStiffIsAnError) {
+  Wb1Modal wb1;
+  const auto at_rest = [&](double stiffness) {
+    wb1.stop.law.stiffness = stiffness;
+    ModalStepper stepper = wb1.stepper({});
+    stepper.advance(0.05);
+    EXPECT_LT(std::abs(stepper.energy().imbalance()), 1e-6 * stepper.energy().input);
+    return stepper.offset(0)[0];
+  };
+  // Both are rigid against the wire: apart by no more than the tolerance (1e-3) of the largest
+  // displacement, 2.4e-3 m.
+  EXPECT_NEAR(at_rest(1e8), at_rest(1e11), 1e-3 * 2.4e-3);
+  EXPECT_THROW(at_rest(1e17), Error);
+}
+
 TEST(ModalStepping, NotANumberInTheMotionIsAnErrorNotAResult) {
   const Wb1Modal wb1;
   const auto spoilt = [](double t) {
