@@ -9,9 +9,9 @@ namespace {
 
 constexpr std::size_t largest_group = 6;
 constexpr double apart = 4.0;  // bandwidths: nearer modes are fitted as one group
-constexpr double window_bandwidths =
-    15.0;                              // either side: with three residual terms costs a tenth of the accuracy
-constexpr double window_lines = 15.0;  // the least either side
+// A window's bandwidths either side, which with three residual terms cost a tenth of the accuracy, and its
+// lines.
+constexpr double window_bandwidths = 15.0, least_lines = 15.0, most_lines = 2000.0;
 constexpr double core_bandwidths = 3.0;   // of a neighbour that must not be cut by a window's end
 constexpr double beyond = 1.3;            // times the band's end: farther out a pole is a trend, no neighbour
 constexpr double model_tolerance = 3e-4;  // of the largest magnitude in the window
@@ -45,8 +45,11 @@ Span window_of(const std::vector<Mode>& modes, std::size_t first, std::size_t la
     window.lo_hz = std::min(window.lo_hz, std::max(f - reach, 0.5 * f));  // an octave at most
     window.hi_hz = std::max(window.hi_hz, std::min(f + reach, 2.0 * f));
   };
-  for (std::size_t i = first; i < last; ++i)
-    stretch(modes[i], std::max(bandwidths, window_lines * band.spacing_hz / bandwidth_hz(pole_of(modes[i]))));
+  for (std::size_t i = first; i < last; ++i) {
+    const double line = band.spacing_hz / bandwidth_hz(pole_of(modes[i]));  // in bandwidths
+    stretch(modes[i],
+            std::min(std::max(bandwidths, least_lines * line), std::max(core_bandwidths, most_lines * line)));
+  }
   const Span reach = window;
   const auto touched = [&](const Mode& mode) {
     const double core = core_bandwidths * bandwidth_hz(pole_of(mode));
@@ -99,19 +102,19 @@ LineBand band_of(const TransferFunction& tf) {
 }
 
 std::vector<ModeGroup> group_modes(const std::vector<Mode>& modes, const LineBand& band) {
-  const Span wide{band.lo_hz / beyond, band.hi_hz * beyond};
-  if (modes.empty()) return {{{}, {}, {}, band, wide, 0, 0}};
   std::vector<std::size_t> cuts = {0};
   split(modes, 0, modes.size(), cuts);
   cuts.push_back(modes.size());
   std::vector<ModeGroup> groups;
   double covered = band.lo_hz;
   const auto fill_to = [&](double to_hz) {
-    const Span gap{covered, to_hz};
-    if (to_hz > covered) groups.push_back({{}, {}, modes, gap, gap, 0, 0});
+    const double pieces = std::ceil((to_hz - covered) / (most_lines * band.spacing_hz));
+    const double length = (to_hz - covered) / std::max(1.0, pieces);
+    for (double lo = covered; to_hz - lo > 0.5 * length; lo += length)
+      groups.push_back({{}, {}, modes, {lo, lo + length}, {lo - 0.05 * length, lo + 1.05 * length}, 0, 0});
     covered = std::max(covered, to_hz);
   };
-  for (std::size_t c = 0; c + 1 < cuts.size(); ++c) {
+  for (std::size_t c = 0; c + 1 < cuts.size() && !modes.empty(); ++c) {
     ModeGroup group = group_of(modes, cuts[c], cuts[c + 1], band, window_bandwidths);
     fill_to(group.window.lo_hz);
     covered = std::max(covered, group.window.hi_hz);

@@ -11,7 +11,7 @@ namespace {
 // line (the extremes of noise over many lines lie three apart from the mean, and sigma is itself uncertain),
 // and as a share of the peak.
 constexpr double least_drop_sigma = 5.0, least_drop_share = 0.15;
-constexpr double stands_out = 8.0;  // standard deviations
+constexpr double stands_out = 12.0;  // standard deviations
 
 double line_spacing(const TransferFunction& tf) {
   return (tf.frequency_hz(tf.lines() - 1) - tf.frequency_hz(0)) / static_cast<double>(tf.lines() - 1);
@@ -23,33 +23,40 @@ double median(std::vector<double> values) {
   return *middle;
 }
 
+// Median of each line and its neighbours: a spike on one line (mains hum, a quotient of noise) is no
+// resonance, whose flanks take in the neighbours even where lines are coarse.
+Eigen::VectorXd without_spikes(const Eigen::VectorXd& values) {
+  Eigen::VectorXd result = values;
+  for (long i = 1; i + 1 < values.size(); ++i) result(i) = median({values(i - 1), values(i), values(i + 1)});
+  return result;
+}
+
 // Square of the magnitude over all outputs, each in units of its median, less what the noise adds to it on
-// average; and the standard deviation of the magnitude where outputs share their noise (that of the input),
-// which is the worst case.
-struct Magnitude {
-  Eigen::VectorXd power;
-  Eigen::VectorXd sigma;
+// average; and half of its standard deviation where outputs share their noise (that of the input), which is
+// the worst case.
+struct Power {
+  Eigen::VectorXd value;
+  Eigen::VectorXd half_sigma;
 };
-Magnitude magnitude(const TransferFunction& tf) {
-  Eigen::ArrayXd power = Eigen::ArrayXd::Zero(tf.lines()), noise = power, product = power;
+Power power_of(const TransferFunction& tf) {
+  Eigen::ArrayXd power = Eigen::ArrayXd::Zero(tf.lines()), noise = power, half_sigma = power;
   for (const auto& output : tf.outputs) {
     const Eigen::ArrayXd size = output.value.cwiseAbs();
     const double unit = median({size.data(), size.data() + size.size()});
     if (!(unit > 0.0)) continue;
     power += (size / unit).square();
     noise += 2.0 * (output.sigma.array() / unit).square();
-    product += size / unit * (output.sigma.array() / unit);
+    half_sigma += size * output.sigma.array() / (unit * unit);
   }
-  return {power - noise, product / power.sqrt().max(1e-300)};
+  return {without_spikes(power - noise), half_sigma};
 }
 
-// Means over 2 m + 1 lines: the magnitude's root mean square, zero where it does not stand out of the noise
-// (else the lowest lines, where 1/omega^2 lifts it, would hide all that follows), and its noise.
-struct Smoothed {
+// Root of the mean power over 2 m + 1 lines (fewer towards the ends) and its standard deviation.
+struct Magnitude {
   Eigen::VectorXd value;
   Eigen::VectorXd sigma;
 };
-Smoothed smoothed(const Magnitude& y, long m) {
+Magnitude magnitude_of(const Power& power, long m) {
   const auto mean = [m](const Eigen::VectorXd& values) {
     const long n = values.size();
     Eigen::VectorXd sum = Eigen::VectorXd::Zero(n + 1), result(n);
@@ -60,32 +67,33 @@ Smoothed smoothed(const Magnitude& y, long m) {
     }
     return result;
   };
-  const Eigen::ArrayXd sigma =
-      mean(y.sigma.cwiseAbs2()).cwiseMax(0.0).cwiseSqrt() / std::sqrt(static_cast<double>(2 * m + 1));
-  const Eigen::ArrayXd value = mean(y.power).cwiseMax(0.0).cwiseSqrt();
-  return {(value > stands_out * sigma).select(value, 0.0), sigma};
+  const Eigen::ArrayXd value = mean(power.value).cwiseMax(0.0).cwiseSqrt();
+  const Eigen::ArrayXd half_sigma = mean(power.half_sigma.cwiseAbs2()).cwiseMax(0.0).cwiseSqrt();
+  Eigen::ArrayXd sigma = half_sigma / value.max(1e-300);
+  for (long i = 0, n = sigma.size(); i < n; ++i)
+    sigma(i) /= std::sqrt(static_cast<double>(2 * std::min({m, i, n - 1 - i}) + 1));
+  return {value, sigma.min(value.maxCoeff())};
 }
 
-// Tops from which y falls far enough on either side, by hysteresis.
-std::vector<long> tops(const Smoothed& y) {
+// Tops from which y falls far enough on either side, by hysteresis. A top must stand out of the noise: else
+// the lowest lines, where 1/omega^2 lifts noise, would hide all that follows.
+std::vector<long> tops(const Magnitude& y) {
   const auto drop = [&](long top, long valley) {
     return std::max(least_drop_sigma * (y.sigma(top) + y.sigma(valley)), least_drop_share * y.value(top));
   };
+  const auto stands = [&](long i) { return y.value(i) > stands_out * y.sigma(i); };
   std::vector<long> found;
-  long top = 0, bottom = 0;
-  bool rising = true;
-  for (long i = 1; i < y.value.size(); ++i) {
-    if (rising) {
+  long top = -1, bottom = 0;
+  for (long i = 0; i < y.value.size(); ++i) {
+    if (top >= 0) {  // rising, or falling slowly
       if (y.value(i) > y.value(top)) top = i;
       if (y.value(i) >= y.value(top) - drop(top, i)) continue;
       if (top > 0) found.push_back(top);
-      rising = false;
+      top = -1;
       bottom = i;
     } else {
       if (y.value(i) < y.value(bottom)) bottom = i;
-      if (y.value(i) <= y.value(bottom) + drop(i, bottom)) continue;
-      rising = true;
-      top = i;
+      if (stands(i) && (i == 0 || y.value(i) > y.value(bottom) + drop(i, bottom))) top = i;
     }
   }
   return found;
@@ -165,11 +173,11 @@ Eigen::VectorXcd resonance_filter(double bandwidth_lines) {
 }  // namespace
 
 std::vector<Pole> find_peaks(const TransferFunction& tf) {
-  const Magnitude single = magnitude(tf);
+  const Power power = power_of(tf);
   // From fine to coarse: what noise hides on the single line shows in the mean over many.
   std::vector<Pole> poles;
   for (long m = 0; 2 * m + 1 <= tf.lines() / 8 || m == 0; m = 3 * m + 1) {
-    const Smoothed y = smoothed(single, m);
+    const Magnitude y = magnitude_of(power, m);
     for (const long peak : tops(y)) {
       const Pole pole = pole_at(tf, y.value, peak);
       const bool known = std::any_of(poles.begin(), poles.end(), [&](const Pole& other) {
