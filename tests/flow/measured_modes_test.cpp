@@ -35,7 +35,8 @@ ident::ModeSet modes_of_hit(const Folder& folder, const std::string& hit, const 
 
 // Published for hit 1 by another program and method (LSCF); 5 % in the damping is how far methods and hits
 // lie apart.
-class HammerHit : public testing::TestWithParam<std::pair<const char*, const char*>> {};
+using Hit = std::pair<std::string, std::string>;  // file, options of `struna modes`
+class HammerHit : public testing::TestWithParam<Hit> {};
 
 TEST_P(HammerHit, MeetsThePublishedModes) {
   const Folder folder;
@@ -50,9 +51,8 @@ TEST_P(HammerHit, MeetsThePublishedModes) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Ladisk, HammerHit,
-                         testing::Values(std::pair{"hit_1.csv", ""},
-                                         std::pair{"hit_1.csv", " --band 500:4000"},
-                                         std::pair{"hit_2.csv", " --band 500:4000"}));
+                         testing::Values(Hit{"hit_1.csv", ""}, Hit{"hit_1.csv", " --band 500:4000"},
+                                         Hit{"hit_2.csv", " --band 500:4000"}));
 
 // Published circle fit of one analyser function with one line per half-power band.
 TEST(AnalyserFunction, MeetsThePublishedCircleFit) {
