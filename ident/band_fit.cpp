@@ -5,200 +5,23 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <optional>
 
+#include "ident/group_fit.hpp"
 #include "ident/mode_flags.hpp"
-#include "ident/mode_groups.hpp"
-#include "ident/pole_fit.hpp"
 #include "ident/resonance_search.hpp"
 
 namespace struna::ident {
 namespace {
 
-constexpr double smallest_loss_factor = 1e-5, largest_loss_factor = 0.5;
-constexpr double least_lines = 0.3;         // line spacings in the half-power band
-constexpr double least_significance = 6.0;  // of the constants, in standard errors
-constexpr double least_background = 3.0;    // the same of a pole outside the band, which nobody claims
-constexpr double most_outside = 3.0;        // bandwidths that it may be outside
-constexpr double least_share = 0.03;        // of the function around
-constexpr double one_pole = 0.05;           // bandwidths: nearer poles count as one
-constexpr double parallel = 0.9;            // modal assurance
 constexpr double settled = 0.1;  // standard errors, or 1e-4 bandwidths: the last round moves no mode farther
 constexpr double lack_of_fit =
-    2.0;  // chi_square per degree of freedom from which on the model's own error is weighed in
+    2.0;  // chi-square per degree of freedom from which on the model's own error counts
 constexpr double structured = 4.0;  // lines worth one from which on the residual is no noise
 constexpr double narrower_windows[] = {8.0, 5.0, 3.0};  // bandwidths
 constexpr double most_scatter = 0.1;                    // beyond noise, of the radius
 constexpr double untouched = 1e-3;  // bandwidths: a group whose modes moved less is not fitted again
-constexpr int most_rounds = 8, most_trials = 3, most_iterations = 20, most_weighings = 4, fresh_rounds = 3;
-
-// One group's fit with what is needed to judge its poles.
-class GroupFit {
- public:
-  GroupFit(const TransferFunction& window, const std::vector<Mode>& outside, const BandFitOptions& options)
-      : window_(&window), outside_(&outside), options_(options) {
-    spacing_ = band_of(window).spacing_hz;
-  }
-
-  bool can_fit(std::size_t poles) const {
-    return 2 * window_->lines() * outputs() >
-           static_cast<long>(2 * poles) + outputs() * static_cast<long>(2 * poles + 6);
-  }
-  void fit(const std::vector<Pole>& poles) {
-    PoleFitOptions fit_options;
-    fit_options.damping = options_.damping;
-    fit_options.sigma_known = options_.sigma_known;
-    fit_options.max_iterations = most_iterations;
-    fit_ = fit_poles(*window_, poles, fit_options);
-  }
-  const PoleFit& result() const { return fit_; }
-  long outputs() const { return static_cast<long>(window_->outputs.size()); }
-
-  // Above 1 by what sigma does not explain.
-  double lack() const { return fit_.chi_square / static_cast<double>(fit_.degrees_of_freedom); }
-  // Variance of the scaled residual that the noise alone would show.
-  double scatter() const { return options_.sigma_known ? std::max(1.0, lack()) : lack(); }
-  // What a further pole must take out of the sum of squares.
-  double penalty() const {
-    const double data = 2.0 * static_cast<double>(window_->lines() * outputs()) / fit_.line_correlation;
-    return static_cast<double>(2 + 2 * outputs()) * std::log(data) * scatter() * fit_.line_correlation;
-  }
-
-  // Why pole r is no mode; empty when it has support.
-  std::string objection(long r) const;
-  // Its peak over the sum of the magnitudes of all shares there and of the residual terms, as norms over the
-  // outputs. Against the function itself a trifle would look large in an antiresonance, where large shares
-  // cancel.
-  double share(long r) const;
-  double significance(long r) const;
-  double assurance(long r, long s) const;
-  // Rms of the residual within a bandwidth, as far as it goes on from line to line (noise does not), over the
-  // circle's radius.
-  double scatter_of(long r) const;
-  bool is_double(long r) const;
-  std::optional<long> worst(long targets) const;
-
- private:
-  std::pair<long, long> lines_around(const Pole& pole, double bandwidths) const {
-    const double reach = std::max(bandwidths * bandwidth_hz(pole), 1.01 * spacing_);
-    const auto begin = window_->frequency_hz.data(), end = begin + window_->lines();
-    const long first = std::lower_bound(begin, end, pole.natural_frequency_hz - reach) - begin;
-    const long last = std::upper_bound(begin, end, pole.natural_frequency_hz + reach) - begin;
-    return {first, last};
-  }
-  const Pole& pole(long r) const { return fit_.poles[static_cast<std::size_t>(r)]; }
-
-  const TransferFunction* window_;
-  const std::vector<Mode>* outside_;
-  BandFitOptions options_;
-  double spacing_;
-  PoleFit fit_;
-};
-
-double GroupFit::significance(long r) const {
-  return std::sqrt(
-      (fit_.constant.row(r).cwiseAbs2().array() / fit_.constant_sigma.row(r).array().square()).sum() / 2.0);
-}
-
-double GroupFit::share(long r) const {
-  const double f = pole(r).natural_frequency_hz, omega = 2.0 * std::numbers::pi * f;
-  const auto at = std::lower_bound(window_->frequency_hz.begin(), window_->frequency_hz.end(), f);
-  const long line = std::min(window_->lines() - 1, static_cast<long>(at - window_->frequency_hz.begin()));
-  double own = 0.0, all = 0.0;
-  for (long k = 0; k < outputs(); ++k) {
-    const double sigma = window_->outputs[static_cast<std::size_t>(k)].sigma(line);
-    std::complex<double> rest = fit_.fitted(line, k);
-    double sum = 0.0;
-    for (long s = 0; s < static_cast<long>(fit_.poles.size()); ++s) {
-      rest -= modal_share(fit_.constant(s, k), pole(s), 2.0 * std::numbers::pi * window_->frequency_hz(line),
-                          options_.damping);
-      sum += std::abs(modal_share(fit_.constant(s, k), pole(s), omega, options_.damping));
-    }
-    for (const Mode& mode : *outside_)
-      sum += std::abs(modal_share(mode.modal_constant(k), pole_of(mode), omega, options_.damping));
-    own += std::norm(modal_share(fit_.constant(r, k), pole(r), omega, options_.damping)) / (sigma * sigma);
-    all += std::pow((sum + std::abs(rest)) / sigma, 2.0);
-  }
-  return std::sqrt(own / all);
-}
-
-double GroupFit::scatter_of(long r) const {
-  constexpr long lag = 2;  // lines: noise is independent from there on, also behind a Hann window (nearly)
-  const auto [first, last] = lines_around(pole(r), 1.0);
-  const long n = last - first - lag;
-  if (n < 1) return 0.0;
-  double structure = 0.0, radius = 0.0;
-  for (long k = 0; k < outputs(); ++k) {
-    const auto& sigma = window_->outputs[static_cast<std::size_t>(k)].sigma;
-    const double unit = sigma.segment(first, last - first).squaredNorm() / static_cast<double>(last - first);
-    const auto residual = fit_.residual.col(k).cwiseProduct(sigma);
-    structure += residual.segment(first, n).dot(residual.segment(first + lag, n)).real() /
-                 (static_cast<double>(n) * unit);
-    radius += std::norm(0.5 * fit_.constant(r, k) / pole_scale(pole(r), options_.damping)) / unit;
-  }
-  return std::sqrt(std::max(0.0, structure) / radius);
-}
-
-double GroupFit::assurance(long r, long s) const {
-  const Eigen::VectorXd weight = fit_.constant_sigma.row(r).transpose().cwiseInverse();
-  const Eigen::VectorXcd a =
-      fit_.constant.row(r).transpose().cwiseProduct(weight.cast<std::complex<double>>());
-  const Eigen::VectorXcd b =
-      fit_.constant.row(s).transpose().cwiseProduct(weight.cast<std::complex<double>>());
-  return std::norm(a.dot(b)) / (a.squaredNorm() * b.squaredNorm());
-}
-
-bool GroupFit::is_double(long r) const {
-  const auto [first, last] = lines_around(pole(r), 1.0);
-  const long n = std::max(0L, last - first);
-  Eigen::VectorXcd g(n);
-  for (long i = 0; i < n; ++i)
-    g(i) =
-        pole_function(pole(r), 2.0 * std::numbers::pi * window_->frequency_hz(first + i), options_.damping);
-  Eigen::MatrixXcd alone(n, outputs());
-  for (long k = 0; k < outputs(); ++k) {
-    const Eigen::VectorXd sigma = window_->outputs[static_cast<std::size_t>(k)].sigma.segment(first, n);
-    alone.col(k) = fit_.constant(r, k) * g + fit_.residual.col(k).segment(first, n).cwiseProduct(sigma);
-    alone.col(k) /= sigma.mean();
-  }
-  return looks_double(alone, g);
-}
-
-std::string GroupFit::objection(long r) const {
-  const Pole& p = pole(r);
-  if (p.loss_factor < smallest_loss_factor || p.loss_factor > largest_loss_factor)
-    return fmt::format("loss factor {:.3g} outside {:g} to {:g}", p.loss_factor, smallest_loss_factor,
-                       largest_loss_factor);
-  if (bandwidth_hz(p) < least_lines * spacing_)
-    return fmt::format("half-power band {:.3g} Hz far below the line spacing {:.3g} Hz", bandwidth_hz(p),
-                       spacing_);
-  const double outside = std::max(window_->frequency_hz(0) - p.natural_frequency_hz,
-                                  p.natural_frequency_hz - window_->frequency_hz(window_->lines() - 1));
-  const bool background = outside > 0.0;
-  if (outside > most_outside * bandwidth_hz(p)) return "carried off by the fit";
-  if (!(significance(r) > (background ? least_background : least_significance)))
-    return fmt::format("modal constants only {:.2g} standard errors", significance(r));
-  if (!background && !(share(r) > least_share))
-    return fmt::format("only {:.2g} % of the function around it", 100.0 * share(r));
-  for (long s = 0; s < static_cast<long>(fit_.poles.size()); ++s) {
-    if (s == r || significance(s) < significance(r)) continue;
-    const double distance = std::abs(p.natural_frequency_hz - pole(s).natural_frequency_hz);
-    const double bandwidth = std::max(bandwidth_hz(p), bandwidth_hz(pole(s)));
-    if (distance < one_pole * bandwidth)
-      return fmt::format("one with the mode at {:.6g} Hz", pole(s).natural_frequency_hz);
-    if (distance < bandwidth && assurance(r, s) > parallel)
-      return fmt::format("mends the shape of the mode at {:.6g} Hz", pole(s).natural_frequency_hz);
-  }
-  return "";
-}
-
-// The least significant target with an objection.
-std::optional<long> GroupFit::worst(long targets) const {
-  std::optional<long> found;
-  for (long r = 0; r < targets; ++r)
-    if (!objection(r).empty() && (!found || !(significance(r) > significance(*found)))) found = r;
-  return found;
-}
+constexpr int most_rounds = 8, most_trials = 3, most_weighings = 4, fresh_rounds = 3;
+constexpr int most_iterations = 20;  // of one fit
 
 // Constants from the line next to the resonance: good enough to take a distant mode's share off.
 void complete_start(const TransferFunction& tf, Mode& mode, fem::Damping damping) {
@@ -241,11 +64,12 @@ struct GroupResult {
 
 class GroupRefiner {
  public:
-  GroupRefiner(TransferFunction window, const ModeGroup& group, const BandFitOptions& options,
-               std::vector<Pole>& failed)
+  GroupRefiner(TransferFunction window, const ModeGroup& group, const std::vector<Mode>& start,
+               const PoleFitOptions& options, std::vector<Pole>& failed)
       : window_(std::move(window)),
         noise_(window_),
         group_(group),
+        start_(start),
         options_(options),
         failed_(failed),
         fit_(window_, group.outside, options) {}
@@ -279,13 +103,17 @@ class GroupRefiner {
     fit_.fit(joined(target_, group_.company));
     take_over();
   }
-  // Last of all, as a mode that is still missing would spoil its neighbours' circles.
+  // Last of all, as a mode that is still missing would spoil its neighbours' circles. Modes whose own circle
+  // was sound stay.
   void drop_what_is_no_circle() {
+    const auto scatter_of = [&](long r) {
+      return seen(target_[static_cast<std::size_t>(r)]) ? 0.0 : fit_.scatter_of(r);
+    };
     while (count() > 0) {
       long worst = 0;
       for (long r = 1; r < count(); ++r)
-        if (fit_.scatter_of(r) > fit_.scatter_of(worst)) worst = r;
-      const double scatter = fit_.scatter_of(worst);
+        if (scatter_of(r) > scatter_of(worst)) worst = r;
+      const double scatter = scatter_of(worst);
       if (scatter < most_scatter) return;
       failed_.push_back(target_[static_cast<std::size_t>(worst)]);
       result_.banned.push_back(target_[static_cast<std::size_t>(worst)]);
@@ -293,6 +121,12 @@ class GroupRefiner {
              fmt::format("no circle: scatter {:.0f} % of the radius", 100.0 * scatter));
       refit();
     }
+  }
+  bool seen(const Pole& pole) const {
+    return std::any_of(start_.begin(), start_.end(), [&](const Mode& mode) {
+      return !mode.circles.empty() && std::abs(mode.natural_frequency_hz - pole.natural_frequency_hz) <
+                                          0.5 * bandwidth_hz(pole_of(mode));
+    });
   }
   // Where noise does not explain the residual, a constant variance for the model's own error joins that of
   // the noise, as large as the residual asks for. Else the lines of least noise, far from resonance, would
@@ -356,7 +190,8 @@ class GroupRefiner {
   TransferFunction window_;
   TransferFunction noise_;  // the window with the noise's own sigma
   const ModeGroup& group_;
-  BandFitOptions options_;
+  const std::vector<Mode>& start_;
+  PoleFitOptions options_;
   std::vector<Pole>& failed_;  // candidates that a trial has refused
   GroupFit fit_;
   std::vector<Pole> target_;
@@ -365,15 +200,17 @@ class GroupRefiner {
 
 // In the widest window in which the model explains the lines; where it does in none, in the narrowest.
 GroupResult refine(const TransferFunction& tf, const ModeGroup& group, const std::vector<Mode>& modes,
-                   const BandFitOptions& options, bool search, std::vector<Pole>& failed) {
+                   const std::vector<Mode>& start, const PoleFitOptions& options, bool search,
+                   std::vector<Pole>& failed) {
   const LineBand band = band_of(tf);
-  GroupResult result = GroupRefiner(lines_of(tf, group, options.damping), group, options, failed).run(search);
+  GroupResult result =
+      GroupRefiner(lines_of(tf, group, options.damping), group, start, options, failed).run(search);
   if (group.target.empty() || !search) return result;
   for (const double bandwidths : narrower_windows) {
     // What was found in the wider window is taken up in the next round.
     if (result.changed || (result.lack < lack_of_fit && result.line_correlation < structured)) break;
     const ModeGroup narrow = with_window(group, modes, band, bandwidths);
-    result = GroupRefiner(lines_of(tf, narrow, options.damping), narrow, options, failed).run(search);
+    result = GroupRefiner(lines_of(tf, narrow, options.damping), narrow, start, options, failed).run(search);
   }
   return result;
 }
@@ -423,6 +260,10 @@ BandFit fit_band(const TransferFunction& tf, const std::vector<Mode>& start, con
   for (Mode& mode : result.modes) complete_start(tf, mode, options.damping);
   sort_by_frequency(result.modes);
   std::vector<Pole> failed, banned;
+  PoleFitOptions fit_options;
+  fit_options.damping = options.damping;
+  fit_options.sigma_known = options.sigma_known;
+  fit_options.max_iterations = most_iterations;
   std::vector<Done> searched;
   for (int round = 0; round < most_rounds; ++round) {
     std::vector<Mode> modes;
@@ -437,7 +278,7 @@ BandFit fit_band(const TransferFunction& tf, const std::vector<Mode>& start, con
       if (known != searched.end()) {
         done.push_back(*known);
       } else {
-        done.push_back({group, refine(tf, group, result.modes, options, search, failed)});
+        done.push_back({group, refine(tf, group, result.modes, start, fit_options, search, failed)});
         const GroupResult& refined = done.back().result;
         changed = changed || refined.changed;
         result.rejected.insert(result.rejected.end(), refined.rejected.begin(), refined.rejected.end());

@@ -20,20 +20,22 @@ struct BandFit {
 /// All modes of a long band, group by group (mode_groups.hpp: each group in its window with the neighbours in
 /// it, the shares of all others taken off, residual terms for the rest), in rounds until no mode moves by
 /// more than a tenth of its standard error. So the cost grows with the band only, and a slow drift of the
-/// structure over the band (a modulus that rises) stays out of the fits. Within each group
+/// structure over the band (a modulus that rises) stays out of the fits. Where noise does not explain the
+/// residual, the window narrows (8, 5, 3 bandwidths), and a constant variance for the model's own error joins
+/// that of the noise. Within each group
 ///   drop   poles without support: outside 1e-5 < eta < 0.5, half-power band below 0.3 line spacings,
-///   constants below six
-///          standard errors, share below 3 % of the function around, or two poles nearer than 0.05 bandwidths
-///          (one stays);
+///          constants below six standard errors, share below 3 % of all shares around, two poles nearer than
+///          0.05 bandwidths (one stays), a residual within a bandwidth that goes on from line to line above
+///          10 % of the circle's radius unless the start brought a circle;
 ///   add    the pole that would take most out of the residual, if the refitted sum of squares falls by more
-///   than
-///          (2 + 2 outputs) ln(data) (Schwarz, Ann. Statist. 6 (1978) 461) times the scatter per degree of
-///          freedom times the number of neighbouring lines that are worth one, and every pole then has
+///          than (2 + 2 outputs) ln(data) (Schwarz, Ann. Statist. 6 (1978) 461) times the scatter per degree
+///          of freedom times the number of neighbouring lines that are worth one, and every pole then has
 ///          support; within a bandwidth of another also its constants must point elsewhere than the other's
 ///          (assurance below 0.9): else it only mends the other's shape.
 /// Poles up to three of their bandwidths outside the band are kept as background: a mode just outside bends
-/// the function inside. Start modes need frequency and loss factor; constants where they are known. `tf` in
-/// circle form with sigma.
+/// the function inside. An added pole within a bandwidth of the band's end is not claimed.
+/// Start modes need frequency and loss factor; constants where they are known. `tf` in circle form with
+/// sigma.
 BandFit fit_band(const TransferFunction& tf, const std::vector<Mode>& start, const BandFitOptions& options);
 
 }  // namespace struna::ident

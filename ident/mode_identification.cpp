@@ -245,10 +245,13 @@ void attach_circles(const Context& context, std::vector<Mode>& modes) {
   }
 }
 
-bool is_listed(const Context& context, const Pole& pole) {
+// Whether a listed frequency has no candidate nearer than this one.
+bool is_listed(const Context& context, const std::vector<Pole>& poles, std::size_t r) {
+  const auto distance = [](const Pole& pole, double f) { return std::abs(pole.natural_frequency_hz - f); };
   for (const auto* list : {&context.options.frequencies_hz, &context.options.extra_hz})
     for (const double f : *list)
-      if (std::abs(pole.natural_frequency_hz - f) < std::max(bandwidth_hz(pole), context.spacing_hz))
+      if (std::all_of(poles.begin(), poles.end(),
+                      [&](const Pole& other) { return distance(poles[r], f) <= distance(other, f); }))
         return true;
   return false;
 }
@@ -261,7 +264,7 @@ void multi_mode_fits(const Context& context, const std::vector<Pole>& poles, Mod
   for (std::size_t r = 0; r < poles.size(); ++r) {
     if (objection_to_circle(context, circles[r]).empty()) {
       start.push_back(std::move(circles[r]));
-    } else if (is_listed(context, poles[r])) {
+    } else if (is_listed(context, poles, r)) {
       start.emplace_back();
       start.back().natural_frequency_hz = poles[r].natural_frequency_hz;
       start.back().loss_factor = poles[r].loss_factor;
@@ -276,7 +279,7 @@ void multi_mode_fits(const Context& context, const std::vector<Pole>& poles, Mod
   if (context.options.method == ModeMethod::automatic) attach_circles(context, set.modes);
 }
 
-// Only the modes nearest to the user's frequencies, each within three bandwidths of its own.
+// Only the modes nearest to the user's frequencies, each within a bandwidth of its own.
 void keep_listed(const std::vector<double>& frequencies_hz, ModeSet& set) {
   std::vector<Mode> kept;
   std::vector<RejectedCandidate> rejected;
@@ -285,8 +288,8 @@ void keep_listed(const std::vector<double>& frequencies_hz, ModeSet& set) {
         std::min_element(set.modes.begin(), set.modes.end(), [&](const Mode& a, const Mode& b) {
           return std::abs(a.natural_frequency_hz - f) < std::abs(b.natural_frequency_hz - f);
         });
-    if (nearest == set.modes.end() || std::abs(nearest->natural_frequency_hz - f) >
-                                          3.0 * nearest->loss_factor * nearest->natural_frequency_hz) {
+    if (nearest == set.modes.end() ||
+        std::abs(nearest->natural_frequency_hz - f) > nearest->loss_factor * nearest->natural_frequency_hz) {
       const auto why =
           std::min_element(set.rejected.begin(), set.rejected.end(), [&](const auto& a, const auto& b) {
             return std::abs(a.frequency_hz - f) < std::abs(b.frequency_hz - f);

@@ -69,31 +69,34 @@ Magnitude magnitude_of(const Power& power, long m) {
   };
   const Eigen::ArrayXd value = mean(power.value).cwiseMax(0.0).cwiseSqrt();
   const Eigen::ArrayXd half_sigma = mean(power.half_sigma.cwiseAbs2()).cwiseMax(0.0).cwiseSqrt();
-  Eigen::ArrayXd sigma = half_sigma / value.max(1e-300);
+  Eigen::ArrayXd sigma = half_sigma / value.max(half_sigma.sqrt()).max(1e-300);
   for (long i = 0, n = sigma.size(); i < n; ++i)
     sigma(i) /= std::sqrt(static_cast<double>(2 * std::min({m, i, n - 1 - i}) + 1));
-  return {value, sigma.min(value.maxCoeff())};
+  return {value, sigma};
 }
 
-// Tops from which y falls far enough on either side, by hysteresis. A top must stand out of the noise: else
-// the lowest lines, where 1/omega^2 lifts noise, would hide all that follows.
+// Tops from which y falls far enough on either side, by hysteresis. A top must stand out of the noise, and a
+// valley is where y is surely low, not where a line is unknown: else lines without excitation would hide all
+// that follows.
 std::vector<long> tops(const Magnitude& y) {
-  const auto drop = [&](long top, long valley) {
-    return std::max(least_drop_sigma * (y.sigma(top) + y.sigma(valley)), least_drop_share * y.value(top));
+  const auto surely_below = [&](long valley, long top) {
+    return y.value(top) - y.value(valley) >
+           std::max(least_drop_sigma * (y.sigma(top) + y.sigma(valley)), least_drop_share * y.value(top));
   };
+  const auto upper_bound = [&](long i) { return y.value(i) + least_drop_sigma * y.sigma(i); };
   const auto stands = [&](long i) { return y.value(i) > stands_out * y.sigma(i); };
   std::vector<long> found;
-  long top = -1, bottom = 0;
-  for (long i = 0; i < y.value.size(); ++i) {
+  long top = stands(0) ? 0 : -1, bottom = 0;
+  for (long i = 1; i < y.value.size(); ++i) {
     if (top >= 0) {  // rising, or falling slowly
-      if (y.value(i) > y.value(top)) top = i;
-      if (y.value(i) >= y.value(top) - drop(top, i)) continue;
+      if (stands(i) && y.value(i) > y.value(top)) top = i;
+      if (!surely_below(i, top)) continue;
       if (top > 0) found.push_back(top);
       top = -1;
       bottom = i;
     } else {
-      if (y.value(i) < y.value(bottom)) bottom = i;
-      if (stands(i) && (i == 0 || y.value(i) > y.value(bottom) + drop(i, bottom))) top = i;
+      if (upper_bound(i) < upper_bound(bottom)) bottom = i;
+      if (stands(i) && surely_below(bottom, i)) top = i;
     }
   }
   return found;

@@ -1,0 +1,157 @@
+#include "ident/group_fit.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "ident/mode_flags.hpp"
+
+namespace struna::ident {
+namespace {
+
+constexpr double smallest_loss_factor = 1e-5, largest_loss_factor = 0.5;
+constexpr double least_lines = 0.3;         // line spacings in the half-power band
+constexpr double least_significance = 6.0;  // of the constants, in standard errors
+constexpr double least_background = 3.0;    // the same of a pole outside the band, which nobody claims
+constexpr double most_outside = 3.0;        // bandwidths that it may be outside
+constexpr double least_share = 0.03;        // of the function around
+constexpr double one_pole = 0.05;           // bandwidths: nearer poles count as one
+constexpr double parallel = 0.9;            // modal assurance
+
+}  // namespace
+
+bool GroupFit::can_fit(std::size_t poles) const {
+  return 2 * window_->lines() * outputs() >
+         static_cast<long>(2 * poles) + outputs() * static_cast<long>(2 * poles + 6);
+}
+
+void GroupFit::fit(const std::vector<Pole>& poles) {
+  fit_ = fit_poles(*window_, poles, options_);
+}
+
+double GroupFit::lack() const {
+  return fit_.chi_square / static_cast<double>(fit_.degrees_of_freedom);
+}
+
+double GroupFit::penalty() const {
+  const double scatter = options_.sigma_known ? std::max(1.0, lack()) : lack();
+  const double data = 2.0 * static_cast<double>(window_->lines() * outputs()) / fit_.line_correlation;
+  return static_cast<double>(2 + 2 * outputs()) * std::log(data) * scatter * fit_.line_correlation;
+}
+
+std::pair<long, long> GroupFit::lines_around(const Pole& pole, double bandwidths) const {
+  const double reach = std::max(bandwidths * bandwidth_hz(pole), 1.01 * spacing_);
+  const auto begin = window_->frequency_hz.data(), end = begin + window_->lines();
+  const long first = std::lower_bound(begin, end, pole.natural_frequency_hz - reach) - begin;
+  const long last = std::upper_bound(begin, end, pole.natural_frequency_hz + reach) - begin;
+  return {first, last};
+}
+
+double GroupFit::significance(long r) const {
+  return std::sqrt(
+      (fit_.constant.row(r).cwiseAbs2().array() / fit_.constant_sigma.row(r).array().square()).sum() / 2.0);
+}
+
+double GroupFit::share(long r) const {
+  const double f = pole(r).natural_frequency_hz, omega = 2.0 * std::numbers::pi * f;
+  const auto at = std::lower_bound(window_->frequency_hz.begin(), window_->frequency_hz.end(), f);
+  const long line = std::min(window_->lines() - 1, static_cast<long>(at - window_->frequency_hz.begin()));
+  double own = 0.0, all = 0.0;
+  for (long k = 0; k < outputs(); ++k) {
+    const double sigma = window_->outputs[static_cast<std::size_t>(k)].sigma(line);
+    std::complex<double> rest = fit_.fitted(line, k);
+    double sum = 0.0;
+    for (long s = 0; s < static_cast<long>(fit_.poles.size()); ++s) {
+      rest -= modal_share(fit_.constant(s, k), pole(s), 2.0 * std::numbers::pi * window_->frequency_hz(line),
+                          options_.damping);
+      sum += std::abs(modal_share(fit_.constant(s, k), pole(s), omega, options_.damping));
+    }
+    for (const Mode& mode : *outside_)
+      sum += std::abs(modal_share(mode.modal_constant(k), pole_of(mode), omega, options_.damping));
+    own += std::norm(modal_share(fit_.constant(r, k), pole(r), omega, options_.damping)) / (sigma * sigma);
+    all += std::pow((sum + std::abs(rest)) / sigma, 2.0);
+  }
+  return std::sqrt(own / all);
+}
+
+double GroupFit::scatter_of(long r) const {
+  constexpr long lag = 2;  // lines: noise is independent from there on, also behind a Hann window (nearly)
+  const auto [first, last] = lines_around(pole(r), 1.0);
+  const long n = last - first - lag;
+  if (n < 1) return 0.0;
+  double structure = 0.0, radius = 0.0;
+  for (long k = 0; k < outputs(); ++k) {
+    const auto& sigma = window_->outputs[static_cast<std::size_t>(k)].sigma;
+    const double unit = sigma.segment(first, last - first).squaredNorm() / static_cast<double>(last - first);
+    const auto residual = fit_.residual.col(k).cwiseProduct(sigma);
+    structure += residual.segment(first, n).dot(residual.segment(first + lag, n)).real() /
+                 (static_cast<double>(n) * unit);
+    radius += std::norm(0.5 * fit_.constant(r, k) / pole_scale(pole(r), options_.damping)) / unit;
+  }
+  return std::sqrt(std::max(0.0, structure) / radius);
+}
+
+double GroupFit::assurance(long r, long s) const {
+  const Eigen::VectorXd weight = fit_.constant_sigma.row(r).transpose().cwiseInverse();
+  const Eigen::VectorXcd a =
+      fit_.constant.row(r).transpose().cwiseProduct(weight.cast<std::complex<double>>());
+  const Eigen::VectorXcd b =
+      fit_.constant.row(s).transpose().cwiseProduct(weight.cast<std::complex<double>>());
+  return std::norm(a.dot(b)) / (a.squaredNorm() * b.squaredNorm());
+}
+
+bool GroupFit::is_double(long r) const {
+  const auto [first, last] = lines_around(pole(r), 1.0);
+  const long n = last - first;
+  if (n < 1) return false;
+  Eigen::VectorXcd g(n);
+  for (long i = 0; i < n; ++i)
+    g(i) =
+        pole_function(pole(r), 2.0 * std::numbers::pi * window_->frequency_hz(first + i), options_.damping);
+  Eigen::MatrixXcd alone(n, outputs());
+  for (long k = 0; k < outputs(); ++k) {
+    const Eigen::VectorXd sigma = window_->outputs[static_cast<std::size_t>(k)].sigma.segment(first, n);
+    alone.col(k) = fit_.constant(r, k) * g + fit_.residual.col(k).segment(first, n).cwiseProduct(sigma);
+    alone.col(k) /= sigma.mean();
+  }
+  return looks_double(alone, g);
+}
+
+std::string GroupFit::objection(long r) const {
+  const Pole& p = pole(r);
+  if (p.loss_factor < smallest_loss_factor || p.loss_factor > largest_loss_factor)
+    return fmt::format("loss factor {:.3g} outside {:g} to {:g}", p.loss_factor, smallest_loss_factor,
+                       largest_loss_factor);
+  if (bandwidth_hz(p) < least_lines * spacing_)
+    return fmt::format("half-power band {:.3g} Hz far below the line spacing {:.3g} Hz", bandwidth_hz(p),
+                       spacing_);
+  const double outside = std::max(window_->frequency_hz(0) - p.natural_frequency_hz,
+                                  p.natural_frequency_hz - window_->frequency_hz(window_->lines() - 1));
+  const bool background = outside > 0.0;
+  if (outside > most_outside * bandwidth_hz(p)) return "carried off by the fit";
+  if (!(significance(r) > (background ? least_background : least_significance)))
+    return fmt::format("modal constants only {:.2g} standard errors", significance(r));
+  if (!background && !(share(r) > least_share))
+    return fmt::format("only {:.2g} % of the function around it", 100.0 * share(r));
+  for (long s = 0; s < static_cast<long>(fit_.poles.size()); ++s) {
+    if (s == r || significance(s) < significance(r)) continue;
+    const double distance = std::abs(p.natural_frequency_hz - pole(s).natural_frequency_hz);
+    const double bandwidth = std::max(bandwidth_hz(p), bandwidth_hz(pole(s)));
+    if (distance < one_pole * bandwidth)
+      return fmt::format("one with the mode at {:.6g} Hz", pole(s).natural_frequency_hz);
+    if (distance < bandwidth && assurance(r, s) > parallel)
+      return fmt::format("mends the shape of the mode at {:.6g} Hz", pole(s).natural_frequency_hz);
+  }
+  return "";
+}
+
+std::optional<long> GroupFit::worst(long targets) const {
+  std::optional<long> found;
+  for (long r = 0; r < targets; ++r)
+    if (!objection(r).empty() && (!found || !(significance(r) > significance(*found)))) found = r;
+  return found;
+}
+
+}  // namespace struna::ident
