@@ -77,7 +77,6 @@ void deduplicate(std::vector<RejectedCandidate>& rejected) {
 }
 
 Context prepare(const TransferFunction& tf, const ModeOptions& options) {
-  check(options);
   Context context;
   context.options = options;
   // Noise is judged in the form measured, where it is smooth; 1/omega^2 would tilt it steeply at the low end.
@@ -330,6 +329,63 @@ void take_out_window_damping(double decay, fem::Damping damping, ModeSet& set) {
   });
 }
 
+// Outputs that are zero on every line of the band (a direction that does not move): they tell nothing, and
+// there is no noise to weigh them by.
+std::vector<bool> silent_outputs(const TransferFunction& tf, const ModeOptions& options) {
+  const double hi_hz = options.band_hi_hz > 0.0 ? options.band_hi_hz : tf.frequency_hz.maxCoeff();
+  std::vector<bool> silent;
+  for (const auto& output : tf.outputs) {
+    long lines = 0, zeros = 0;
+    for (long i = 0; i < tf.lines(); ++i) {
+      if (tf.frequency_hz(i) < options.band_lo_hz || tf.frequency_hz(i) > hi_hz) continue;
+      ++lines;
+      zeros += output.value(i) == 0.0 ? 1 : 0;
+    }
+    silent.push_back(lines > 0 && zeros == lines);
+  }
+  return silent;
+}
+
+TransferFunction without(const std::vector<bool>& silent, const TransferFunction& tf) {
+  TransferFunction rest = tf;
+  rest.outputs.clear();
+  for (std::size_t k = 0; k < silent.size(); ++k)
+    if (!silent[k]) rest.outputs.push_back(tf.outputs[k]);
+  return rest;
+}
+
+// Constants and circles of nothing for the outputs left out, so that a mode has one for every output.
+void insert_silent(const std::vector<bool>& silent, Mode& mode) {
+  Mode whole = mode;
+  whole.modal_constant.setZero(static_cast<long>(silent.size()));
+  whole.modal_constant_sigma.setZero(static_cast<long>(silent.size()));
+  if (!mode.circles.empty()) whole.circles.assign(silent.size(), {});
+  std::size_t from = 0;
+  for (std::size_t k = 0; k < silent.size(); ++k) {
+    if (silent[k]) continue;
+    whole.modal_constant(static_cast<long>(k)) = mode.modal_constant(static_cast<long>(from));
+    whole.modal_constant_sigma(static_cast<long>(k)) = mode.modal_constant_sigma(static_cast<long>(from));
+    if (!mode.circles.empty()) whole.circles[k] = mode.circles[from];
+    ++from;
+  }
+  mode = std::move(whole);
+}
+
+ModeSet identify_speaking(const TransferFunction& tf, const ModeOptions& options) {
+  const Context context = prepare(tf, options);
+  ModeSet set;
+  const std::vector<Pole> poles = candidates(context);
+  if (options.method == ModeMethod::circle || options.method == ModeMethod::half_power)
+    single_mode_fits(context, poles, set);
+  else
+    multi_mode_fits(context, poles, set);
+  deduplicate(set.rejected);
+  flag_modes(set.modes, context.spacing_hz, context.lo_hz, context.hi_hz);
+  if (!options.frequencies_hz.empty()) keep_listed(options.frequencies_hz, set);
+  take_out_window_damping(tf.exponential_decay, options.damping, set);
+  return set;
+}
+
 }  // namespace
 
 ModeMethod mode_method(const std::string& word) {
@@ -348,23 +404,20 @@ std::string to_string(ModeMethod method) {
 }
 
 ModeSet identify_modes(const TransferFunction& tf, const ModeOptions& options) {
-  const Context context = prepare(tf, options);
-  ModeSet set;
+  check(options);
+  const std::vector<bool> silent = silent_outputs(tf, options);
+  const TransferFunction speaking = without(silent, tf);
+  if (speaking.outputs.empty())
+    throw Error("identify_modes: an output that is not zero on every line of the band, got none");
+  ModeSet set = identify_speaking(speaking, options);
+  for (Mode& mode : set.modes) insert_silent(silent, mode);
   set.damping = options.damping;
-  set.form = context.tf.outputs.front().kind;
-  for (const auto& output : context.tf.outputs) {
+  const TransferFunction form = to_circle_form(tf, options.damping);
+  set.form = form.outputs.front().kind;
+  for (const auto& output : form.outputs) {
     set.outputs.push_back(output.name);
     set.units.push_back(output.unit);
   }
-  const std::vector<Pole> poles = candidates(context);
-  if (options.method == ModeMethod::circle || options.method == ModeMethod::half_power)
-    single_mode_fits(context, poles, set);
-  else
-    multi_mode_fits(context, poles, set);
-  deduplicate(set.rejected);
-  flag_modes(set.modes, context.spacing_hz, context.lo_hz, context.hi_hz);
-  if (!options.frequencies_hz.empty()) keep_listed(options.frequencies_hz, set);
-  take_out_window_damping(tf.exponential_decay, options.damping, set);
   return set;
 }
 

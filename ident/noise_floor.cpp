@@ -8,8 +8,9 @@
 namespace struna::ident {
 namespace {
 
-constexpr long half_median = 20;  // lines either side that the median of differences looks at
-constexpr long half_mean = 4;     // lines either side that a given variance is averaged over
+constexpr long half_median = 20;        // lines either side that the median of differences looks at
+constexpr long half_mean = 4;           // lines either side that a given variance is averaged over
+constexpr double least_sigma = 1e-100;  // of a function that vanishes: its square must not
 
 double median(std::vector<double> values) {
   const auto middle = values.begin() + static_cast<long>(values.size() / 2);
@@ -58,7 +59,7 @@ Eigen::VectorXd smoothed_sigma(const Eigen::VectorXd& sigma) {
 Eigen::VectorXd noise_from_differences(const Eigen::VectorXcd& value) {
   const long n = value.size();
   const Eigen::VectorXd magnitude = running_median(value.cwiseAbs());
-  const double smallest = 1e-6 * std::max(magnitude.maxCoeff() * 1e-6, 1e-300);
+  const double smallest = std::max(magnitude.maxCoeff() * 1e-12, least_sigma);
   const Eigen::VectorXd floor = (1e-6 * magnitude).cwiseMax(smallest);
   if (n < 9) return Eigen::VectorXd::Constant(n, std::max(floor.maxCoeff(), 1e-3 * magnitude.maxCoeff()));
   Eigen::VectorXd square(n);
@@ -80,8 +81,9 @@ TransferFunction with_noise_floor(const TransferFunction& tf) {
       continue;
     }
     // A line of coherence one claims no noise at all; rounding is the least there is.
-    const Eigen::VectorXd least = 1e-9 * running_median(output.value.cwiseAbs());
-    output.sigma = smoothed_sigma(output.sigma).cwiseMax(least).cwiseMax(1e-300);
+    const Eigen::VectorXd magnitude = running_median(output.value.cwiseAbs());
+    const double smallest = std::max(magnitude.maxCoeff() * 1e-15, least_sigma);
+    output.sigma = smoothed_sigma(output.sigma).cwiseMax(1e-9 * magnitude).cwiseMax(smallest);
   }
   return result;
 }

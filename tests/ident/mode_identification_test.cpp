@@ -206,6 +206,49 @@ TEST(ModeIdentification, EveryMethodFindsSeparateModes) {
   }
 }
 
+TEST(ModeIdentification, OutputsThatAreZeroThroughoutTakeNoPart) {
+  const std::vector<SimulatedMode> modes = {peak_of(40.0, 0.06, {0.0, 1.0, 0.0}),
+                                            peak_of(70.0, 0.04, {0.0, -1.0, 0.0})};
+  TransferFunction tf = function_of(modes, lines(10.0, 160.0, 0.1), FrfKind::apparent_mass);
+  TransferFunction alone = tf;
+  alone.outputs = {tf.outputs[1]};
+  for (const ModeMethod method :
+       {ModeMethod::automatic, ModeMethod::circle, ModeMethod::half_power, ModeMethod::multi}) {
+    ModeOptions options;
+    options.method = method;
+    for (const double sigma : {0.0, 0.01}) {  // unknown, or as a coherence of one in the others gives it
+      for (auto* function : {&tf, &alone})
+        for (auto& output : function->outputs)
+          output.sigma = sigma > 0.0 && output.name == "force_y"
+                             ? Eigen::VectorXd::Constant(tf.lines(), sigma)
+                             : Eigen::VectorXd::Zero(sigma > 0.0 ? tf.lines() : 0);
+      const ModeSet set = identify_modes(tf, options), expected = identify_modes(alone, options);
+      ASSERT_EQ(set.modes.size(), 2u);
+      EXPECT_EQ(set.outputs, (std::vector<std::string>{"force_x", "force_y", "force_z"}));
+      EXPECT_EQ(set.units, (std::vector<std::string>{"kg", "kg", "kg"}));
+      for (std::size_t r = 0; r < 2; ++r) {
+        const Mode& mode = set.modes[r];
+        EXPECT_EQ(mode.natural_frequency_hz, expected.modes[r].natural_frequency_hz);
+        EXPECT_EQ(mode.loss_factor, expected.modes[r].loss_factor);
+        if (method != ModeMethod::half_power) {
+          EXPECT_EQ(mode.loss_factor_sigma, expected.modes[r].loss_factor_sigma);
+        }
+        ASSERT_EQ(mode.modal_constant.size(), 3);
+        EXPECT_EQ(mode.modal_constant(0), 0.0);
+        EXPECT_EQ(mode.modal_constant(1), expected.modes[r].modal_constant(0));
+        EXPECT_EQ(mode.modal_constant_sigma(2), 0.0);
+        if (!expected.modes[r].circles.empty()) {
+          ASSERT_EQ(mode.circles.size(), 3u);
+          EXPECT_EQ(mode.circles[1].radius, expected.modes[r].circles[0].radius);
+          EXPECT_EQ(mode.circles[2].radius, 0.0);
+        }
+      }
+    }
+  }
+  tf.outputs[1].value.setZero();
+  EXPECT_THROW(identify_modes(tf), Error);
+}
+
 TEST(ModeIdentification, ViscousModesAreReadAsViscous) {
   TransferFunction tf = function_of(
       {peak_of(40.0, 0.06, {1.0, 0.4}, Damping::viscous), peak_of(70.0, 0.04, {0.8, -1.0}, Damping::viscous)},
@@ -318,6 +361,16 @@ TEST(NoiseFloor, DifferencesGiveTheNoiseBesideAndUnderAResonance) {
   EXPECT_NEAR(sigma.mean(), 0.01, 0.0008);
   EXPECT_GT(sigma.minCoeff(), 0.004);
   EXPECT_LT(sigma.maxCoeff(), 0.018);
+}
+
+TEST(NoiseFloor, FunctionThatVanishesHasASigmaWhoseSquareDoesNot) {
+  TransferFunction tf =
+      function_of({peak_of(100.0, 0.05, {0.0})}, lines(20.0, 180.0, 1.0), FrfKind::receptance);
+  const double unknown = with_noise_floor(tf).outputs[0].sigma.minCoeff();
+  tf.outputs[0].sigma.setZero(tf.lines());
+  const double given = with_noise_floor(tf).outputs[0].sigma.minCoeff();
+  for (const double sigma : {unknown, given})
+    EXPECT_TRUE(sigma > 0.0 && std::isfinite(1.0 / (sigma * sigma)));
 }
 
 TEST(NoiseFloor, SmoothFunctionIsAllSignal) {
