@@ -1,15 +1,10 @@
 #include "apps/report.hpp"
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
-#include <map>
-#include <nlohmann/json.hpp>
-#include <string_view>
-#include <system_error>
 
 #include "apps/report_files.hpp"
+#include "apps/report_page.hpp"
 #include "fem/error.hpp"
 
 namespace struna::apps {
@@ -20,67 +15,13 @@ using nlohmann::json;
 
 constexpr int curve_points = 160;
 
-/// The number to `digits` significant digits: what a screen can show, and half the page's size. Not finite:
-/// null.
-json number(double value, int digits = 7) {
-  if (!std::isfinite(value)) return nullptr;
-  std::array<char, 32> text;
-  const auto end =
-      std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::scientific, digits - 1);
-  double rounded = value;
-  std::from_chars(text.data(), end.ptr, rounded);
-  return rounded;
-}
-
-template <typename Vector, typename Get>
-json numbers(const Vector& values, Get get, int digits = 7) {
-  json list = json::array();
-  list.get_ref<json::array_t&>().reserve(static_cast<size_t>(values.size()));
-  for (const auto& value : values) list.push_back(number(get(value), digits));
-  return list;
-}
-
-json numbers(const Eigen::VectorXd& values, int digits = 7) {
-  return numbers(
-      values, [](double value) { return value; }, digits);
-}
-
-json real_part(const Eigen::VectorXcd& values) {
-  return numbers(values, [](const std::complex<double>& value) { return value.real(); });
-}
-
-json imaginary_part(const Eigen::VectorXcd& values) {
-  return numbers(values, [](const std::complex<double>& value) { return value.imag(); });
-}
-
 json point(const std::complex<double>& value) {
   return {number(value.real()), number(value.imag())};
 }
 
-json text_pairs(const std::vector<std::pair<std::string, std::string>>& pairs) {
-  json list = json::array();
-  for (const auto& [name, value] : pairs) list.push_back({name, value});
-  return list;
-}
-
-json transfer_function(const ident::TransferFunction& tf) {
-  json outputs = json::array();
-  for (const auto& output : tf.outputs) {
-    json entry = {{"name", output.name},
-                  {"kind", to_string(output.kind)},
-                  {"unit", output.unit},
-                  {"re", real_part(output.value)},
-                  {"im", imaginary_part(output.value)}};
-    if (output.coherence.size() > 0) entry["coherence"] = numbers(output.coherence, 5);
-    if (output.sigma.size() > 0) entry["sigma"] = numbers(output.sigma, 4);
-    outputs.push_back(std::move(entry));
-  }
-  return {{"frequency", numbers(tf.frequency_hz)}, {"outputs", std::move(outputs)}};
-}
-
 /// A prediction on the measured lines does not repeat them.
 json prediction(const ident::TransferFunction& tf, const ident::TransferFunction& measured) {
-  json entry = transfer_function(tf);
+  json entry = transfer_function_json(tf);
   if (tf.frequency_hz.size() == measured.frequency_hz.size() && tf.frequency_hz == measured.frequency_hz)
     entry.erase("frequency");
   return entry;
@@ -119,7 +60,7 @@ json nyquist_lines(const ident::Mode& mode, const ident::TransferFunction& circl
   json outputs = json::array();
   for (const auto& output : circle_form.outputs) {
     const Eigen::VectorXcd value = output.value.segment(first, count);
-    outputs.push_back({{"re", real_part(value)}, {"im", imaginary_part(value)}});
+    outputs.push_back({{"re", numbers(value.real())}, {"im", numbers(value.imag())}});
   }
   return {{"frequency", numbers(Eigen::VectorXd(f.segment(first, count)))}, {"outputs", std::move(outputs)}};
 }
@@ -194,7 +135,7 @@ Eigen::VectorXd curve_frequencies(const ReportContent& content) {
 
 template <typename Law>
 json curve(const Eigen::VectorXd& frequency, const Law& law) {
-  return numbers(frequency, law, 6);
+  return numbers(Eigen::VectorXd(frequency.unaryExpr(law)), 6);
 }
 
 json identified_curve(const ident::IdentifiedCurve& identified, const Eigen::VectorXd& frequency) {
@@ -287,7 +228,7 @@ json page_data(const ReportContent& content) {
           {"command", content.command},
           {"warnings", content.warnings},
           {"settings", text_pairs(content.settings)},
-          {"measured", transfer_function(content.measured)},
+          {"measured", transfer_function_json(content.measured)},
           {"predicted", prediction(content.predicted, content.measured)},
           {"viscous", prediction(content.predicted_viscous, content.measured)},
           {"modes", modes(content)},
@@ -298,57 +239,18 @@ json page_data(const ReportContent& content) {
           {"inputFiles", text_pairs(content.input_files)}};
 }
 
-std::string replaced(std::string_view text, const std::map<char, std::string_view>& replacements) {
-  std::string result;
-  result.reserve(text.size() + text.size() / 64);
-  for (const char c : text) {
-    const auto found = replacements.find(c);
-    if (found == replacements.end())
-      result += c;
-    else
-      result += found->second;
-  }
-  return result;
-}
-
-std::string html_text(std::string_view text) {
-  return replaced(text, {{'&', "&amp;"}, {'<', "&lt;"}, {'>', "&gt;"}, {'"', "&quot;"}});
-}
-
-/// JSON for a <script> element: "<" occurs in strings only, and escaped it can neither end the element nor
-/// open a comment. Text that is not UTF-8 (a file name, say) shows replacement characters instead of losing
-/// the report.
-std::string script_json(const json& data) {
-  return replaced(data.dump(-1, ' ', false, json::error_handler_t::replace), {{'<', "\\u003c"}});
-}
-
-/// The template with every {{name}} replaced, in one pass: what is put in is not searched again.
-std::string filled(std::string_view page, const std::map<std::string_view, std::string_view>& parts) {
-  std::string result;
-  for (size_t position = 0;;) {
-    const size_t open = page.find("{{", position);
-    result += page.substr(position, open - position);
-    if (open == std::string_view::npos) return result;
-    const size_t close = page.find("}}", open);
-    result += parts.at(page.substr(open + 2, close - open - 2));
-    position = close + 2;
-  }
-}
-
 }  // namespace
 
 std::string render_report(const ReportContent& content) {
-  const std::string data = script_json(page_data(content));
-  const std::string title = html_text(content.title);
-  return filled(report_html, {{"title", title},
-                              {"css", report_css},
-                              {"data", data},
-                              {"chart_js", chart_js},
-                              {"axes_js", report_axes_js},
-                              {"plots_js", report_plots_js},
-                              {"elements_js", report_elements_js},
-                              {"bode_js", report_bode_js},
-                              {"js", report_js}});
+  static const std::vector<PageSection> sections = {{"summary", "Result"},
+                                                    {"transfer", "Transfer functions"},
+                                                    {"comparison", "Prediction against measurement"},
+                                                    {"parameters", "Modulus and damping over frequency"},
+                                                    {"modes", "Modes"},
+                                                    {"nyquist", "Nyquist circles"},
+                                                    {"left-out", "Left out, and why"},
+                                                    {"provenance", "Settings, inputs, how to reproduce"}};
+  return render_page(content.title, sections, page_data(content), report_js);
 }
 
 }  // namespace struna::apps

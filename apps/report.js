@@ -89,8 +89,7 @@
     section('origin').textContent = [identified.version && `struna ${identified.version}`, identified.date,
       `${plural(frequency.length, 'line')} from ${format(frequency[0])} to ${format(frequency[frequency.length - 1])} Hz`].filter(Boolean).join(' · ');
     section('summary').append(el('p', { class: 'lead' }, resultSentence()), resultTiles());
-    if (data.warnings.length)
-      section('summary').append(el('ul', { class: 'warnings', 'aria-label': 'Warnings' }, data.warnings.map((text) => el('li', {}, text))));
+    section('summary').append(...Frame.warnings(data.warnings));
   }
 
   // ---- comparison ----
@@ -341,35 +340,6 @@
     if (missing.length) host.append(el('p', {}, `Model modes in the band that were not measured: ${missing.join(', ')}.`));
   }
 
-  // ---- provenance ----
-  function provenance() {
-    const host = section('provenance');
-    const definition = (rows) => table([['', true], ['', true, true]], rows);
-    const band = identified.band[1] > identified.band[0] ? [['band analysed', `${format(identified.band[0])} to ${format(identified.band[1])} Hz`]] : [];
-    const settings = [...data.settings, ...band];
-    if (settings.length) host.append(el('h3', {}, 'Settings'), definition(settings));
-    host.append(el('h3', {}, 'Inputs'), identified.inputs.length
-      ? table([['file', true], ['SHA-256', true, true]], identified.inputs.map(([name, hash]) => [name, el('code', { class: 'hash' }, hash)])) : el('p', {}, 'No inputs recorded.'));
-    host.append(el('p', { class: 'note' }, [identified.version && `Written by struna ${identified.version}`, identified.date].filter(Boolean).join(', ')));
-    if (data.command) host.append(el('h3', {}, 'How to reproduce'), el('pre', {}, data.command));
-    for (const [name, text] of data.inputFiles) host.append(el('details', {}, el('summary', {}, name), el('pre', {}, text)));
-  }
-
-  function contents() {
-    for (const part of document.querySelectorAll('main > section'))
-      section('contents').append(el('a', { href: `#${part.id}` }, part.querySelector('h2').textContent));
-  }
-
-  // Paper is light whatever the screen is, and plots are drawn anew for its width instead of being shrunk with their text.
-  function setPaper(on) {
-    document.body.classList.toggle('paper', on);
-    if (on) document.documentElement.dataset.scheme = 'light'; else delete document.documentElement.dataset.scheme;
-    Plots.all.forEach((plot) => plot.chart.resize());
-    Plots.recolour();
-  }
-  addEventListener('beforeprint', () => setPaper(true));
-  addEventListener('afterprint', () => setPaper(false));
-
   summary();
   Bode.draw(section('transfer'), measured, predictions, modes.map((mode, i) => ({ x: mode.frequency, label: String(i + 1), hollow: !trusted(mode) })));
   comparisonTables();
@@ -377,7 +347,8 @@
   modeTable();
   nyquist();
   leftOut();
-  provenance();
-  contents();
-  document.documentElement.dataset.ready = 'true'; // for checks of the page
+  const band = identified.band[1] > identified.band[0] ? [['band analysed', `${format(identified.band[0])} to ${format(identified.band[1])} Hz`]] : [];
+  Frame.provenance(section('provenance'), { ...data, settings: [...data.settings, ...band],
+    inputs: identified.inputs, version: identified.version, date: identified.date });
+  Frame.finish();
 })();
