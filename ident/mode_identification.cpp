@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
 #include <limits>
+#include <numbers>
 
 #include "fem/error.hpp"
 #include "ident/band_fit.hpp"
@@ -306,21 +308,42 @@ void keep_listed(const std::vector<double>& frequencies_hz, ModeSet& set) {
   set.rejected = std::move(rejected);
 }
 
-// An exponential window e^(-sigma t) adds sigma to every mode's decay: zeta_added = sigma/omega_r, eta_added
-// twice that.
+// Records under a window e^(-a t) give the function along s = a + i omega, so every pole in omega stands i a
+// above its place: omega_r sqrt(1 + i eta) (hysteretic) or omega_r (sqrt(1 - zeta^2) + i zeta) (viscous).
+Pole without_window(const Pole& pole, double decay, fem::Damping damping) {
+  const double shift = decay / (2.0 * std::numbers::pi);
+  const double f = pole.natural_frequency_hz;
+  if (damping == fem::Damping::structural) {
+    const std::complex<double> root =
+        f * std::sqrt(std::complex<double>(1.0, pole.loss_factor)) - std::complex<double>(0.0, shift);
+    const std::complex<double> square = root * root;
+    return {std::sqrt(square.real()), square.imag() / square.real()};
+  }
+  const double zeta = 0.5 * pole.loss_factor;
+  const double damped = f * std::sqrt(1.0 - zeta * zeta);
+  const double decay_rate = zeta * f - shift;
+  const double undamped = std::hypot(damped, decay_rate);
+  return {undamped, 2.0 * decay_rate / undamped};
+}
+
 void take_out_window_damping(double decay, fem::Damping damping, ModeSet& set) {
   if (decay == 0.0) return;
   std::erase_if(set.modes, [&](Mode& mode) {
-    const double added = 2.0 * decay / (2.0 * std::numbers::pi * mode.natural_frequency_hz);
-    if (mode.loss_factor <= added) {
+    const Pole own = without_window({mode.natural_frequency_hz, mode.loss_factor}, decay, damping);
+    const double added = mode.loss_factor - own.loss_factor;
+    if (!(own.loss_factor > 0.0)) {
       set.rejected.push_back(
           {mode.natural_frequency_hz,
            fmt::format("loss factor {:.3g} not above the {:.3g} that the exponential window added",
                        mode.loss_factor, added)});
       return true;
     }
-    mode.loss_factor -= added;
-    mode.circle_loss_factor -= added;
+    mode.natural_frequency_hz = own.natural_frequency_hz;
+    mode.loss_factor = own.loss_factor;
+    const Pole circle =
+        without_window({mode.circle_natural_frequency_hz, mode.circle_loss_factor}, decay, damping);
+    mode.circle_natural_frequency_hz = circle.natural_frequency_hz;
+    mode.circle_loss_factor = circle.loss_factor;
     mode.damping_ratio = 0.5 * mode.loss_factor;
     const Pole pole{mode.natural_frequency_hz, mode.loss_factor};
     mode.lower_half_power_hz = lower_half_power_hz(pole, damping);
