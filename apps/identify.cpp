@@ -2,9 +2,7 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <fstream>
 #include <memory>
-#include <sstream>
 
 #include "apps/commands.hpp"
 #include "apps/console.hpp"
@@ -128,13 +126,6 @@ Identification identify(const Study& study) {
   return found;
 }
 
-std::string text_of(const std::string& file) {
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  return text.str();
-}
-
 std::vector<std::pair<std::string, std::string>> settings_of(const Study& study,
                                                              const Identification& found) {
   std::vector<std::pair<std::string, std::string>> settings = {
@@ -170,7 +161,7 @@ ReportContent report_content(const Study& study, const std::string& folder, cons
   content.comparison = found.comparison;
   content.comparison_viscous = found.comparison_viscous;
   content.model_natural_frequency_hz = model_frequencies(found.fit);
-  content.input_files = {{study.file, text_of(study.file)}, {study.scene, text_of(study.scene)}};
+  content.input_files = {{study.file, text_of_file(study.file)}, {study.scene, text_of_file(study.scene)}};
   return content;
 }
 

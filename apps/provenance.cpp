@@ -7,6 +7,7 @@
 #include <ctime>
 #include <fstream>
 #include <memory>
+#include <sstream>
 
 #include "fem/error.hpp"
 
@@ -60,6 +61,13 @@ std::string sha256_of_file(const std::string& file) {
   }
   if (!in.eof()) throw Error(file, 0, "cannot be read; an existing, readable file is needed");
   return sum.hex();
+}
+
+std::string text_of_file(const std::string& file) {
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  return text.str();
 }
 
 ident::Provenance provenance(const std::vector<std::string>& files, double band_lo_hz, double band_hi_hz) {

@@ -24,7 +24,7 @@ const Bode = (() => {
     return { magnitude, phase, sigma, unit: wanted ? wanted[1] : output.unit, name: (wanted ? wanted[0] : output.kind).replace('-', ' ') };
   }
 
-  const state = { form: null, log: true, groups: [], cursor: null, measured: null, predictions: [], marks: [] };
+  const state = { form: null, log: true, groups: [], cursor: null, measured: null, name: 'measured', predictions: [], marks: [] };
   function bodeSeries(output) {
     const here = bode(state.measured.frequency, output, state.form);
     const phaseSigma = here.sigma && here.sigma.map((s, i) => Math.min(180, (s / here.magnitude[i]) * (180 / Math.PI)));
@@ -44,11 +44,11 @@ const Bode = (() => {
       const other = prediction.outputs.find((o) => o.name === output.name);
       if (!other) continue;
       const there = bode(prediction.frequency, other, state.form);
-      const style = { key: prediction.key, colour: prediction.colour, dash: prediction.dash, width: 1.4, x: prediction.frequency };
-      group.predicted.push({ ...there, label: prediction.key, x: prediction.frequency });
+      const style = { key: prediction.key, colour: prediction.colour, dash: prediction.dash, width: 1.4, hidden: prediction.hidden, x: prediction.frequency };
+      group.predicted.push({ ...there, label: prediction.short || prediction.key, magnitudeOnly: prediction.magnitudeOnly, x: prediction.frequency });
       // Before the measurement, that is above it: of two series, the first one covers the other.
       group.magnitude.unshift({ ...style, y: there.magnitude });
-      group.phase.unshift({ ...style, y: there.phase, breakAt: 180 });
+      if (!prediction.magnitudeOnly) group.phase.unshift({ ...style, y: there.phase, breakAt: 180 });
     }
     return group;
   }
@@ -63,12 +63,12 @@ const Bode = (() => {
     const { here } = group.data;
     const k = i + state.first;
     const at = (values, digits) => format(values[k], digits);
-    const parts = [el('b', {}, `${format(group.data.x[i], 6)} Hz`), `  measured ${at(here.magnitude, 4)}`,
+    const parts = [el('b', {}, `${format(group.data.x[i], 6)} Hz`), `  ${state.name} ${at(here.magnitude, 4)}`,
       here.sigma ? ` ± ${at(here.sigma, 2)}` : '', ` ${here.unit}, ${minus(here.phase[k].toFixed(1))}°`,
       group.output.coherence ? `, coherence ${group.output.coherence[k].toFixed(4)}` : ''];
     for (const other of group.data.predicted) {
       const j = nearestLine(other.x, group.data.x[i]);
-      parts.push(`  ·  ${other.label} ${format(other.magnitude[j], 4)} ${here.unit}, ${minus(other.phase[j].toFixed(1))}°`);
+      parts.push(`  ·  ${other.label} ${format(other.magnitude[j], 4)} ${here.unit}`, other.magnitudeOnly ? '' : `, ${minus(other.phase[j].toFixed(1))}°`);
     }
     group.readout.replaceChildren(...parts);
   }
@@ -130,7 +130,7 @@ const Bode = (() => {
         x: { label: i === parts.length - 1 ? 'frequency [Hz]' : '', log: state.log, range },
         marks: { ...marks, heads: i === 0 } }));
     });
-    const keys = [{ key: 'measured', label: output.sigma ? 'measured, ± σ' : 'measured' }, ...state.predictions];
+    const keys = [{ key: 'measured', label: output.sigma ? `${state.name}, ± σ` : state.name }, ...state.predictions];
     const entries = seriesLegend(group.plots, keys);
     if (state.marks.length) entries.append(...legend([{ label: 'natural frequencies (hollow: not trusted)', colour: 'soft', line: false,
       marker: { shape: 'down' }, onToggle: (hidden) => group.plots.forEach((plot) => { plot.spec.marks.hidden = hidden; Plots.refresh(plot); }) }]).childNodes);
@@ -138,9 +138,10 @@ const Bode = (() => {
     return group;
   }
 
-  /** predictions: [{ key, label, colour, dash, frequency, outputs }]; marks: natural frequencies [{ x, label, hollow }]. */
-  function draw(host, measured, predictions, marks) {
-    Object.assign(state, { host, measured, predictions, marks, first: measured.frequency[0] > 0 ? 0 : 1 }); // a logarithmic axis has no zero
+  /** predictions: [{ key, label, colour, dash, hidden, magnitudeOnly, frequency, outputs }]; marks: natural frequencies [{ x, label, hollow }];
+   *  name: what the first function is called. */
+  function draw(host, measured, predictions, marks, name = 'measured') {
+    Object.assign(state, { host, measured, predictions, marks, name, first: measured.frequency[0] > 0 ? 0 : 1 }); // a logarithmic axis has no zero
     const family = measured.outputs.length ? familyOf(measured.outputs[0].kind) : null;
     state.form = measured.outputs.length ? measured.outputs[0].kind : null;
     host.append(el('div', { class: 'controls' },

@@ -14,6 +14,7 @@ extern const std::string_view report_elements_js;
 extern const std::string_view report_bode_js;
 extern const std::string_view report_frame_js;
 extern const std::string_view report_js;
+extern const std::string_view simulate_report_js;
 extern const std::string_view chart_js;
 
 }  // namespace struna::apps

@@ -96,8 +96,8 @@ json transfer_function_json(const ident::TransferFunction& tf) {
   return {{"frequency", numbers(tf.frequency_hz)}, {"outputs", std::move(outputs)}};
 }
 
-std::string render_page(const std::string& title, const std::vector<PageSection>& sections,
-                        const json& data, std::string_view script) {
+std::string render_page(const std::string& title, const std::vector<PageSection>& sections, const json& data,
+                        std::string_view script) {
   std::string places;
   for (const auto& section : sections) {
     places += "  <section id=\"" + section.id + "\"><h2>" + html_text(section.heading) + "</h2></section>\n";

@@ -236,6 +236,7 @@ const Plots = (() => {
     id: 'decorations',
     beforeDatasetsDraw({ ctx, chartArea, scales }) {
       clipped(ctx, chartArea, () => {
+        if (plot.spec.paint) plot.spec.paint(ctx, scales);
         for (const series of plot.spec.series) {
           if (series.hidden || !series.band) continue;
           ctx.fillStyle = tint(`${series.colour}-band`);
@@ -267,7 +268,7 @@ const Plots = (() => {
   });
 
   // ---- the plot ----
-  /** spec: { label, x: {label, log, range}, y: {label, log, range, ticks, width}, series: [...], marks, labels(), equal,
+  /** spec: { label, x: {label, log, range}, y: {label, log, range, ticks, width}, series: [...], marks, labels(), paint(context, scales), equal,
    *          link: {onView(x), onCursor(x), onStep(steps)} }. A series: { x, y, colour, hidden, line, width, dash, solidWithin,
    *          marker: {shape, size, hollow}, error, band: {lo, hi}, breakAt, unordered, ignoreInLimits, tip(i) }. */
   function create(host, spec) {

@@ -4,15 +4,19 @@
 #include <chrono>
 #include <cmath>
 #include <csignal>
+#include <filesystem>
 #include <memory>
 #include <optional>
 
 #include "apps/commands.hpp"
 #include "apps/console.hpp"
+#include "apps/provenance.hpp"
 #include "apps/scene_file.hpp"
+#include "apps/simulate_report.hpp"
 #include "fem/simulation.hpp"
 #include "ident/atomic_file.hpp"
 #include "ident/record.hpp"
+#include "ident/record_comparison.hpp"
 
 namespace struna::apps {
 namespace {
@@ -23,6 +27,8 @@ struct SimulateArguments {
   std::string to;
   std::string method;
   std::string contacts_to;
+  std::string report_to;
+  std::string against;
 };
 
 std::atomic<bool> interrupted_ = false;
@@ -129,13 +135,16 @@ ident::Quantity quantity_of(const fem::SceneMeasurement& measurement) {
   return ident::Quantity::acceleration;
 }
 
+std::string drive_name(const fem::Scene& scene) {
+  return is_force_drive(scene) ? "drive_force" : "displacement";
+}
+
 ident::Record record_of(const fem::Scene& scene, const fem::TimeResponse& response) {
   ident::Record record;
   record.sample_interval = response.sample_interval;
-  if (is_force_drive(scene))
-    record.channels.push_back({"drive_force", ident::Quantity::force, 0.0});
-  else
-    record.channels.push_back({"displacement", ident::Quantity::displacement, 0.0});
+  record.channels.push_back({drive_name(scene),
+                             is_force_drive(scene) ? ident::Quantity::force : ident::Quantity::displacement,
+                             0.0});
   for (const auto& name : response.names)
     record.channels.push_back({name, quantity_of(*scene.measurement), 0.0});
   record.samples.resize(response.motion.size(), response.output.cols() + 1);
@@ -158,11 +167,12 @@ void write_contacts(const fem::TimeResponse& response, const std::string& file) 
   ident::write_atomically(file, text);
 }
 
-Table report_table(const fem::SimulationReport& report) {
-  Table table{{"what", "value"}, {}};
-  const auto add = [&](const std::string& what, const std::string& value) {
-    table.rows.push_back({what, value});
-  };
+using Rows = std::vector<std::pair<std::string, std::string>>;
+
+/// What the program chose and found.
+Rows report_rows(const fem::SimulationReport& report) {
+  Rows rows;
+  const auto add = [&](const std::string& what, const std::string& value) { rows.emplace_back(what, value); };
   add("method", report.method == fem::IntegrationMethod::modal ? "modal" : "newmark");
   if (report.linear) {
     add("solution", report.largest_offset > 0.0
@@ -194,7 +204,87 @@ Table report_table(const fem::SimulationReport& report) {
     add(fmt::format("'{}'", body.name),
         fmt::format("{} elements, largest slope {:.3g} rad", body.elements, body.largest_slope));
   }
-  return table;
+  return rows;
+}
+
+void print_rows(const Rows& rows) {
+  Table table{{"what", "value"}, {}};
+  for (const auto& [what, value] : rows) table.rows.push_back({what, value});
+  print(table);
+}
+
+/// The record to compare with: the drive's motion (or force) and every output that will be simulated.
+MeasuredBeside read_measured(const std::string& file, const fem::Scene& scene) {
+  std::vector<std::string> columns = {drive_name(scene)};
+  columns.insert(columns.end(), scene.measurement->names.begin(), scene.measurement->names.end());
+  MeasuredBeside measured;
+  measured.file = file;
+  measured.record = ident::read_record(file, columns);
+  return measured;
+}
+
+/// Compares and tells: a line per output.
+void compare_with(MeasuredBeside& measured, const ident::Record& simulated) {
+  measured.comparison =
+      blaming({measured.file}, [&] { return ident::compare_records(measured.record, simulated); });
+  Table table{{"output", "correlation per second", "of all", "largest level difference [dB]"}, {}};
+  for (const auto& signal : measured.comparison.signals) {
+    table.rows.push_back(
+        {signal.name,
+         fmt::format("{:.3f} to {:.3f}", signal.correlation.minCoeff(), signal.correlation.maxCoeff()),
+         fmt::format("{:.3f}", signal.correlation_of_all),
+         fmt::format("{:.2f}", signal.level_db.cwiseAbs().maxCoeff())});
+  }
+  print(table);
+}
+
+std::string command_line(const SimulateArguments& arguments) {
+  std::string line = "struna simulate " + arguments.scene;
+  for (const auto& file : arguments.parameters) line += " --parameters " + file;
+  if (!arguments.method.empty()) line += " --method " + arguments.method;
+  if (!arguments.against.empty()) line += " --against " + arguments.against;
+  return line + " -o " + arguments.to + " --report " + arguments.report_to;
+}
+
+Eigen::VectorXd acceleration_of(const fem::Scene& scene, const fem::MotionHistory& motion,
+                                const ident::Record& record) {
+  if (is_force_drive(scene)) return {};
+  Eigen::VectorXd acceleration(record.samples.rows());
+  for (long i = 0; i < acceleration.size(); ++i)
+    acceleration[i] = motion.at(static_cast<double>(i) * record.sample_interval).acceleration;
+  return acceleration;
+}
+
+SimulationReportContent report_content(const SimulateArguments& arguments, const fem::Scene& scene,
+                                       const fem::MotionHistory& motion, const fem::TimeResponse& response,
+                                       const ident::Record& record, std::optional<MeasuredBeside> measured) {
+  SimulationReportContent content;
+  const std::filesystem::path scene_path(arguments.scene);
+  content.title =
+      fmt::format("{} {}", std::filesystem::absolute(scene_path).parent_path().filename().string(),
+                  scene_path.stem().string());
+  content.command = command_line(arguments);
+  std::vector<std::string> files = {arguments.scene};
+  files.insert(files.end(), arguments.parameters.begin(), arguments.parameters.end());
+  for (const auto& file : files) content.input_files.emplace_back(file, text_of_file(file));
+  const std::string& driving = scene.simulation->excitation.file;
+  if (!driving.empty()) files.push_back(driving);
+  if (measured && measured->file != driving) files.push_back(measured->file);
+  content.provenance = provenance(files, 0.0, 0.0);
+  content.chosen = report_rows(response.report);
+  content.record = record;
+  content.base_acceleration = acceleration_of(scene, motion, record);
+  content.report = response.report;
+  content.contacts = response.contacts;
+  // With contact the record has passed the anti-alias filter, which is flat up to 0.4 of its rate.
+  content.highest_hz = (response.report.linear ? 0.5 : 0.4) / record.sample_interval;
+  const Band band = excited_band(scene, record);
+  content.transfer = record_transfer(record, band);
+  const Eigen::VectorXd& lines = content.transfer.spectra.frequency_hz;
+  if (lines.size() > 1) content.linear = without_contact(scene, lines.tail(lines.size() - 1));
+  content.measured = std::move(measured);
+  if (content.measured) content.measured->transfer = record_transfer(content.measured->record, band);
+  return content;
 }
 
 fem::IntegrationMethod method_of(const std::string& word) {
@@ -213,6 +303,9 @@ void run_simulate(const SimulateArguments& arguments) {
   const auto motion =
       blaming({arguments.scene, scene.simulation->excitation.file}, [&] { return motion_of(scene); });
 
+  std::optional<MeasuredBeside> measured;
+  if (!arguments.against.empty() && scene.measurement) measured = read_measured(arguments.against, scene);
+
   const InterruptGuard guard;
   const auto response = blaming({arguments.scene}, [&] {
     return fem::simulate(scene, motion, RunProgress(scene.simulation->duration));
@@ -220,9 +313,16 @@ void run_simulate(const SimulateArguments& arguments) {
   for (const auto& warning : response.report.warnings) warn(warning);
   if (response.motion.size() < 2)
     throw Error("simulate: interrupted before anything was computed; no file written");
-  ident::write_record(record_of(scene, response), arguments.to);
+  const ident::Record record = record_of(scene, response);
+  ident::write_record(record, arguments.to);
   if (!arguments.contacts_to.empty()) write_contacts(response, arguments.contacts_to);
-  print(report_table(response.report));
+  print_rows(report_rows(response.report));
+  if (!response.report.complete) measured.reset();
+  if (measured) compare_with(*measured, record);
+  if (!arguments.report_to.empty()) {
+    ident::write_atomically(arguments.report_to, render_simulation_report(report_content(
+                                                     arguments, scene, motion, response, record, measured)));
+  }
   if (!response.report.complete) {
     throw Error(fmt::format("simulate: interrupted at {:g} s of {:g} s; {} holds what was computed",
                             static_cast<double>(response.motion.size()) * response.sample_interval,
@@ -245,11 +345,16 @@ void add_simulate(CLI::App& app) {
   simulate->add_option("--method", arguments->method, "modal or newmark, instead of the scene's");
   simulate->add_option("--contacts", arguments->contacts_to,
                        "CSV of penetration and force per contact point over time");
+  simulate->add_option("--report", arguments->report_to,
+                       "page to write: waveforms, contact map, spectra, transfer functions, energy");
+  simulate->add_option("--against", arguments->against,
+                       "measured records CSV whose motion drives the scene: correlation and levels");
   simulate->footer(
       "Ctrl-C stops a run; what was computed is written, exit code 1.\n"
       "Examples:\n"
       "  struna simulate scene.toml -o records.csv\n"
-      "  struna simulate scene.toml --parameters identified.toml -o records.csv --contacts contacts.csv");
+      "  struna simulate scene.toml --parameters identified.toml -o records.csv --contacts contacts.csv\n"
+      "  struna simulate scene.toml -o records.csv --report report.html --against measured.csv");
   simulate->callback([arguments] { run_simulate(*arguments); });
 }
 
