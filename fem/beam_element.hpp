@@ -1,8 +1,10 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 #include "fem/body.hpp"
+#include "fem/lane.hpp"
 
 namespace struna::fem {
 
@@ -24,6 +26,19 @@ struct ElementMatrices {
 /// this gives the Hermite matrices (1)-(2) to rounding; on a curve there is neither geometric error nor
 /// membrane locking. Derivation and limits: docs/beam_element.md.
 ElementMatrices beam_element(const Body& body, double s0, double s1);
+
+using Matrix12L = Eigen::Matrix<Lane, 12, 12>;
+
+/// Matrices of four elements in their lanes; of the symmetric matrices only the lower halves.
+struct LaneElementMatrices {
+  Matrix12L stiffness;
+  Matrix12L mass;
+};
+
+/// beam_element for the elements `first` to `first + 3` between the nodes at `arc_length`, where the curve is
+/// at `node`, at less than half the time of four calls. Lanes beyond the last element repeat it.
+LaneElementMatrices beam_elements(const Body& body, const std::vector<double>& arc_length,
+                                  const std::vector<Eigen::Vector3d>& node, int first);
 
 /// The Hermite matrices (1)-(2) of a straight element of length `length` along the unit vector `tangent`, in
 /// closed form. What beam_element gives on a straight centreline, to rounding.

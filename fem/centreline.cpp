@@ -129,7 +129,7 @@ class Spline final : public Centreline::Curve {
   }
 
  private:
-  static constexpr int terms = 14;
+  static constexpr int terms = 14;  ///< even
   using Series = std::array<double, terms>;
 
   struct Piece {
@@ -140,16 +140,20 @@ class Spline final : public Centreline::Curve {
     Series inverse{};  ///< t - piece.t over arc length, Chebyshev
   };
 
-  /// Clenshaw's sum.
+  /// Clenshaw's sum over the even and the odd terms side by side: T_2k and T_2k+1 obey the recurrence of T_k
+  /// with 2 x^2 - 1 for x, and two short chains of operations are sooner done than a long one.
   static double chebyshev(const Series& series, double x) {
-    double b1 = 0.0;
-    double b2 = 0.0;
-    for (int k = terms - 1; k > 0; --k) {
-      const double b = 2.0 * x * b1 - b2 + series[static_cast<std::size_t>(k)];
+    const double two_y = 4.0 * x * x - 2.0;
+    Eigen::Array2d b1 = Eigen::Array2d::Zero();
+    Eigen::Array2d b2 = Eigen::Array2d::Zero();
+    for (std::size_t k = terms - 2; k > 0; k -= 2) {
+      const Eigen::Array2d b = two_y * b1 + (Eigen::Array2d::Map(&series[k]) - b2);
       b2 = b1;
       b1 = b;
     }
-    return x * b1 - b2 + series[0];
+    const double even = 0.5 * two_y * b1(0) + (series[0] - b2(0));
+    const double odd = (two_y - 1.0) * b1(1) + (series[1] - b2(1));  // over T_1 = T_-1 = x
+    return even + x * odd;
   }
 
   double arc(const Cubic& cubic, double from, double to) const {

@@ -20,6 +20,16 @@ void add_element(BandMatrix& matrix, int element, const Matrix12& part) {
   }
 }
 
+/// Adds the lower halves of four elements, as far as there are so many.
+void add_elements(BandMatrix& matrix, int first, int count, const Matrix12L& part) {
+  for (int lane = 0; lane < Lane::count && first + lane < count; ++lane) {
+    for (int j = 0; j < band_rows; ++j) {
+      double* const column = matrix.lower.col(dof_per_node * (first + lane) + j).data();
+      for (int i = j; i < band_rows; ++i) column[i - j] += part(i, j)[lane];
+    }
+  }
+}
+
 bool holds(EndCondition condition, int direction) {
   if (condition == EndCondition::clamped) return true;
   return condition == EndCondition::pinned && direction < 3;
@@ -52,13 +62,18 @@ Model assemble(const Body& body, int elements) {
   }
   model.stiffness.lower.setZero(band_rows, model.dof_count());
   model.mass.lower.setZero(band_rows, model.dof_count());
-  const bool straight = body.centreline.is_straight();
-  ElementMatrices part;
-  if (straight) part = straight_beam_element(body, length / count, body.centreline.at(0.0).tangent);
-  for (int i = 0; i < count; ++i) {
-    if (!straight) part = beam_element(body, model.arc_length[i], model.arc_length[i + 1]);
-    add_element(model.stiffness, i, part.stiffness);
-    add_element(model.mass, i, part.mass);
+  if (body.centreline.is_straight()) {
+    const ElementMatrices part = straight_beam_element(body, length / count, body.centreline.at(0.0).tangent);
+    for (int i = 0; i < count; ++i) {
+      add_element(model.stiffness, i, part.stiffness);
+      add_element(model.mass, i, part.mass);
+    }
+  } else {
+    for (int i = 0; i < count; i += Lane::count) {
+      const LaneElementMatrices part = beam_elements(body, model.arc_length, model.position, i);
+      add_elements(model.stiffness, i, count, part.stiffness);
+      add_elements(model.mass, i, count, part.mass);
+    }
   }
   split_dof(model);
   return model;

@@ -5,6 +5,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <Eigen/LU>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -100,6 +101,28 @@ TEST(BeamElement, MatricesAreSymmetricAndDefinite) {
     EXPECT_GT(mass.eigenvalues()(0), 0.0);
     const Eigen::SelfAdjointEigenSolver<Matrix12> stiffness(e.stiffness);
     EXPECT_GT(stiffness.eigenvalues()(6), 0.0);
+  }
+}
+
+TEST(BeamElement, EachLaneHoldsItsElementAndThoseBeyondTheLastRepeatIt) {
+  const std::vector<double> arc_length = {0.0, 0.1, 0.13, 0.2, 0.24, 0.31, 0.4};
+  for (const Body& body : curved_bodies()) {
+    std::vector<Vector3d> node;
+    for (const double s : arc_length) node.push_back(body.centreline.at(s).position);
+    for (const int first : {0, 4}) {
+      const LaneElementMatrices lanes = beam_elements(body, arc_length, node, first);
+      for (int lane = 0; lane < Lane::count; ++lane) {
+        const auto element = static_cast<std::size_t>(std::min(first + lane, 5));
+        const ElementMatrices one = beam_element(body, arc_length[element], arc_length[element + 1]);
+        for (int j = 0; j < 12; ++j) {
+          for (int i = j; i < 12; ++i) {
+            // The same instructions on the same numbers.
+            EXPECT_EQ(lanes.stiffness(i, j)[lane], one.stiffness(i, j));
+            EXPECT_EQ(lanes.mass(i, j)[lane], one.mass(i, j));
+          }
+        }
+      }
+    }
   }
 }
 

@@ -78,7 +78,9 @@ TEST(Model, TipDeflectionOfACantileverIsExactOnAnyMesh) {
   EXPECT_NEAR(tip(body, 30) / exact, 1.0, 1e-9);  // rounding, growing with the number of elements
   Body arc = testing::arc_wire(90.0);
   arc.end = EndCondition::free;
-  EXPECT_NEAR(tip(arc, 8) / tip(arc, 31), 1.0, 1e-9);
+  // Rounding: 1.5e-9 rms over meshes of 24 to 48 elements, for this one between 3e-10 and 1e-9 by compiler
+  // options.
+  EXPECT_NEAR(tip(arc, 8) / tip(arc, 31), 1.0, 1e-8);
 }
 
 TEST(Model, PointFunctionalIsExactAtNodesAndForRigidMotion) {
