@@ -16,7 +16,27 @@ class Error : public std::runtime_error {
   /// line 0 stands for the file as a whole and is left out.
   Error(const std::string& file, long line, const std::string& message)
       : std::runtime_error(file + (line > 0 ? std::string(":").append(std::to_string(line)) : "") + ": " +
-                           message) {}
+                           message),
+        names_file_(true) {}
+
+  /// Whether the message begins with the file at fault.
+  bool names_file() const noexcept { return names_file_; }
+
+  /// The message without the function's name in front ("at least 3 points, got 2"): for those who do not call
+  /// the function, and have given a file or an option instead. A message that names a file stays as it is.
+  std::string reason() const {
+    const std::string message = what();
+    const std::size_t colon = message.find(": ");
+    const bool function = !names_file_ && colon != std::string::npos &&
+                          message.find_first_not_of(name_characters) >= colon && colon > 0;
+    return function ? message.substr(colon + 2) : message;
+  }
+
+ private:
+  /// Of "find_hit", "MotionHistory::at", "to_string(ModeFlag)".
+  static constexpr const char* name_characters =
+      "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789_:()";
+  bool names_file_ = false;
 };
 
 }  // namespace struna

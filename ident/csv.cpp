@@ -23,17 +23,42 @@
 namespace struna::ident {
 namespace {
 
-void split(const char* line, std::vector<std::string_view>& fields) {
+void split(const char* line, char separator, std::vector<std::string_view>& fields) {
   fields.clear();
   const char* const end = line + std::strlen(line);
   for (const char* begin = line;;) {
-    const char* comma =
-        static_cast<const char*>(std::memchr(begin, ',', static_cast<std::size_t>(end - begin)));
-    fields.emplace_back(begin, static_cast<std::size_t>((comma ? comma : end) - begin));
-    if (!comma) return;
-    begin = comma + 1;
+    const char* at =
+        static_cast<const char*>(std::memchr(begin, separator, static_cast<std::size_t>(end - begin)));
+    fields.emplace_back(begin, static_cast<std::size_t>((at ? at : end) - begin));
+    if (!at) return;
+    begin = at + 1;
   }
 }
+
+constexpr std::string_view separators = ",;\t";
+
+/// The separator that leaves no other one within a field of the header; none: '\0'. One column: a comma.
+char separator_of(const char* header) {
+  std::vector<std::string_view> fields;
+  for (const char separator : separators) {
+    split(header, separator, fields);
+    bool alone = fields.size() > 1 || std::strpbrk(header, separators.data()) == nullptr;
+    for (const auto& field : fields) alone &= trimmed(field).find_first_of(separators) == field.npos;
+    if (alone) return separator;
+  }
+  return '\0';
+}
+
+/// How the numbers of a row are told apart: constants for the usual file, so that its loop is compiled for
+/// them.
+struct CommaSeparated {
+  static constexpr char separator = ',';
+  static constexpr char decimal = '.';
+};
+struct OtherFormat {
+  char separator;
+  char decimal;  ///< '\0' before the first number that has one
+};
 
 bool blank(const char* line) {
   return line[std::strspn(line, " \t")] == '\0';
@@ -63,7 +88,7 @@ void take_digits(const char*& at, const char* end, std::uint64_t& digits) {
 /// The numbers that records are full of, at `at`, which moves past them: digits that fit a double, times a
 /// power of ten that does, so that one multiplication or division rounds once and correctly (Clinger, PLDI
 /// 1990, fast path). False, with `at` anywhere: left to from_chars.
-bool take_short_number(const char*& at, const char* end, double& value) {
+bool take_short_number(const char*& at, const char* end, char decimal, double& value) {
   static constexpr double tens[] = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8,  1e9,  1e10, 1e11,
                                     1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18, 1e19, 1e20, 1e21, 1e22};
   const bool negative = at < end && *at == '-';
@@ -73,7 +98,7 @@ bool take_short_number(const char*& at, const char* end, double& value) {
   take_digits(at, end, digits);
   long count = at - begin;
   int exponent = 0;
-  if (at < end && *at == '.') {
+  if (at < end && *at == decimal) {
     const char* const fraction = ++at;
     take_digits(at, end, digits);
     exponent = static_cast<int>(fraction - at);
@@ -108,10 +133,18 @@ bool parse(std::string_view text, double& value) {
   return fault == std::errc() || fault == std::errc::result_out_of_range;
 }
 
+std::string with_point(std::string_view text, std::size_t mark) {
+  std::string copy(text);
+  copy[mark] = '.';
+  return copy;
+}
+
 }  // namespace
 
 struct CsvReader::State {
   std::string file;
+  char separator = ',';
+  char decimal = '.';  ///< '\0' until the first number that has one, where the separator leaves both
   io::LineReader lines;
   std::vector<ColumnHeader> header;
   std::vector<std::string_view> fields;  ///< of a row that next_numbers reads in full
@@ -140,10 +173,13 @@ CsvReader::CsvReader(const std::string& file) : state_(std::make_unique<State>(f
   const char* line = state_->next_line();
   if (!line || blank(line))
     throw Error(file, 1, "no header row: the first line must name the columns, 'name [unit]'");
+  state_->separator = separator_of(line);
+  if (state_->separator == '\0')
+    throw Error(file, 1,
+                "the header can be split at more than one of comma, semicolon and tab: use one of them only");
+  if (state_->separator != ',') state_->decimal = '\0';
   std::vector<std::string_view> fields;
-  split(line, fields);
-  if (fields.size() == 1 && std::strpbrk(line, ";\t"))
-    throw Error(file, 1, "columns are separated by ';' or tabs: they must be separated by commas");
+  split(line, state_->separator, fields);
   for (const auto& field : fields) {
     ColumnHeader column = parse_column_header(std::string(field));
     if (!column.name.empty() && find(column.name) >= 0)
@@ -185,11 +221,14 @@ bool CsvReader::next(std::vector<std::string_view>& fields) {
 }
 
 bool CsvReader::accept(const char* text, std::vector<std::string_view>& fields) {
-  split(text, fields);
+  split(text, state_->separator, fields);
   if (fields.size() == state_->header.size() && !(fields.size() == 1 && blank(text))) return true;
   if (!blank(text))
     throw Error(file(), line(),
-                fmt::format("{} fields, the header has {}", fields.size(), state_->header.size()));
+                fmt::format("{} fields, the header has {}{}", fields.size(), state_->header.size(),
+                            state_->separator == ',' && fields.size() > state_->header.size()
+                                ? ": with decimal commas, columns must be separated by semicolons or tabs"
+                                : ""));
   const long first_blank = line();
   while ((text = state_->next_line()))
     if (!blank(text)) throw Error(file(), first_blank, "an empty line between rows: take it out");
@@ -198,6 +237,13 @@ bool CsvReader::accept(const char* text, std::vector<std::string_view>& fields) 
 
 bool CsvReader::next_numbers(const std::vector<int>& slots, std::vector<double>& numbers,
                              std::string_view& first) {
+  if (state_->separator == ',') return read_numbers(CommaSeparated{}, slots, numbers, first);
+  return read_numbers(OtherFormat{state_->separator, state_->decimal}, slots, numbers, first);
+}
+
+template <class Format>
+bool CsvReader::read_numbers(const Format& format, const std::vector<int>& slots,
+                             std::vector<double>& numbers, std::string_view& first) {
   const char* const text = state_->next_line();
   if (!text) return false;
   const char* const end = text + std::strlen(text);
@@ -206,15 +252,15 @@ bool CsvReader::next_numbers(const std::vector<int>& slots, std::vector<double>&
   bool plain = true;
   for (; column < slots.size(); ++column, ++at) {
     if (slots[column] < 0) {
-      at = static_cast<const char*>(std::memchr(at, ',', static_cast<std::size_t>(end - at)));
+      at = static_cast<const char*>(std::memchr(at, format.separator, static_cast<std::size_t>(end - at)));
       if (!at) at = end;
     } else {
       const char* const begin = at;
-      plain = take_short_number(at, end, numbers[static_cast<std::size_t>(slots[column])]);
+      plain = take_short_number(at, end, format.decimal, numbers[static_cast<std::size_t>(slots[column])]);
       if (!plain) break;
       if (slots[column] == 0) first = {begin, static_cast<std::size_t>(at - begin)};
     }
-    if (at == end || *at != ',') break;
+    if (at == end || *at != format.separator) break;
   }
   if (plain && at == end && column + 1 == slots.size()) return true;
   // Blanks, long or odd numbers, faults: in full.
@@ -229,10 +275,18 @@ bool CsvReader::next_numbers(const std::vector<int>& slots, std::vector<double>&
 
 double CsvReader::number(const std::vector<std::string_view>& fields, int column) const {
   const std::string_view text = fields[static_cast<std::size_t>(column)];
-  double value = 0.0;
-  const bool read = parse(text, value);
-  if (read && std::isfinite(value)) return value;
   const std::string& name = state_->header[static_cast<std::size_t>(column)].name;
+  const std::size_t mark = text.find_first_of(state_->separator == ',' ? "." : ".,");
+  if (mark != text.npos && state_->decimal != '\0' && text[mark] != state_->decimal)
+    throw Error(file(), line(),
+                fmt::format("column '{}' holds '{}', but numbers before it have a decimal {}: one of the two "
+                            "throughout is needed",
+                            name, text.substr(0, 40), state_->decimal == ',' ? "comma" : "point"));
+  double value = 0.0;
+  const bool read =
+      mark != text.npos && text[mark] == ',' ? parse(with_point(text, mark), value) : parse(text, value);
+  if (read && mark != text.npos) state_->decimal = text[mark];
+  if (read && std::isfinite(value)) return value;
   if (trimmed(text).empty())
     throw Error(file(), line(), fmt::format("column '{}' is empty: a number is needed", name));
   throw Error(file(), line(),

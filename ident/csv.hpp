@@ -11,6 +11,10 @@ namespace struna::ident {
 
 /// Rows of a CSV file, streamed line by line (fast-cpp-csv-parser underneath). Every row must have as many
 /// fields as the header; blank lines at the end are passed over. Faults are Errors with file and line.
+///
+/// Fields are separated by commas, semicolons or tabs: by the one that leaves none of the others within a
+/// field of the header (Error where none does). Where it is no comma, numbers may have a decimal comma
+/// instead of a point, but not now this, now that.
 class CsvReader {
  public:
   explicit CsvReader(const std::string& file);
@@ -39,6 +43,9 @@ class CsvReader {
 
  private:
   bool accept(const char* text, std::vector<std::string_view>& fields);
+  template <class Format>
+  bool read_numbers(const Format& format, const std::vector<int>& slots, std::vector<double>& numbers,
+                    std::string_view& first);
 
   struct State;
   std::unique_ptr<State> state_;

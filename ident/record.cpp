@@ -26,7 +26,7 @@ double written_resolution(std::string_view text) {
     std::from_chars(begin, end, exponent);
   }
   const std::string_view mantissa = trimmed(text.substr(0, exponent_at));
-  const auto point = mantissa.find('.');
+  const auto point = mantissa.find_first_of(".,");
   const int decimals = point == std::string_view::npos ? 0 : static_cast<int>(mantissa.size() - point - 1);
   return std::pow(10.0, exponent - decimals);
 }
@@ -61,7 +61,7 @@ class Clock {
     try {
       return parse_unit(unit);
     } catch (const Error& error) {
-      throw Error(file, 1, error.what());
+      throw Error(file, 1, error.reason());
     }
   }
 

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cstdlib>
 #include <random>
@@ -126,6 +127,51 @@ TEST(Csv, ColumnsThatAreNotWantedAreNotRead) {
   EXPECT_FALSE(csv.next_numbers({0, -1, 1}, row, text));
 }
 
+TEST(Csv, SemicolonsTabsAndDecimalCommasReadAsTheSameNumbers) {
+  // The same doubles: no tolerance.
+  const tests::Folder folder;
+  const std::vector<std::vector<std::string>> rows = {
+      {"0", "-3", "1e2"}, {"0.001", "2.5", "-1.25E-3"}, {"0.002", "0.12345678901234567890", " +4.5 "}};
+  for (const char separator : {',', ';', '\t'}) {
+    for (const char decimal : {'.', ','}) {
+      if (separator == ',' && decimal == ',') continue;
+      std::string content =
+          std::string("time [s]") + separator + "note" + separator + "x [m]" + separator + "y\n";
+      for (const auto& row : rows) {
+        std::string line = row[0] + separator + "n" + separator + row[1] + separator + row[2] + "\n";
+        std::replace(line.begin(), line.end(), '.', decimal);
+        content += line;
+      }
+      const std::string file = folder.write("f.csv", content);
+      CsvReader by_number(file);
+      CsvReader by_field(file);
+      EXPECT_EQ(by_number.header()[2].unit, "m");
+      std::vector<double> numbers(3);
+      std::vector<std::string_view> fields;
+      std::string_view text;
+      for (const auto& row : rows) {
+        ASSERT_TRUE(by_number.next_numbers({0, -1, 1, 2}, numbers, text)) << content;
+        ASSERT_TRUE(by_field.next(fields)) << content;
+        EXPECT_EQ(text.size(), row[0].size());
+        for (std::size_t k = 0; k < 3; ++k) {
+          EXPECT_EQ(numbers[k], std::strtod(row[k].c_str(), nullptr)) << content;
+          EXPECT_EQ(by_field.number(fields, k == 0 ? 0 : static_cast<int>(k) + 1), numbers[k]) << content;
+        }
+      }
+      EXPECT_FALSE(by_number.next_numbers({0, -1, 1, 2}, numbers, text));
+    }
+  }
+}
+
+TEST(Csv, TabsBesideCommasAreBlanks) {
+  const tests::Folder folder;
+  CsvReader csv(folder.write("blanks.csv", "x [m],\ty [N]\n1,\t2.5\n"));
+  std::vector<double> row(2);
+  std::string_view text;
+  ASSERT_TRUE(csv.next_numbers({0, 1}, row, text));
+  EXPECT_EQ(row[1], 2.5);
+}
+
 TEST(Csv, BlankLinesAtTheEndArePassedOver) {
   const tests::Folder folder;
   EXPECT_EQ(read_fields(folder.write("a.csv", "x\n1\n\n  \n\r\n")).size(), 1U);
@@ -154,14 +200,21 @@ TEST(Csv, FaultsOfTheFileNameFileLineAndCure) {
     const char* where;
     const char* what;
   };
-  const Fault faults[] = {{"", "f.csv:1: ", "no header row"},
-                          {"\n1\n", "f.csv:1: ", "no header row"},
-                          {"x;y\n1;2\n", "f.csv:1: ", "separated by commas"},
-                          {"x,y,x\n", "f.csv:1: ", "two columns are named 'x'"},
-                          {"x,y\n1,2\n1\n", "f.csv:3: ", "1 fields, the header has 2"},
-                          {"x,y\n1,2\n1,2,3\n", "f.csv:3: ", "3 fields, the header has 2"},
-                          {"x,y\n1,2\n3,\n", "f.csv:3: ", "column 'y' is empty"},
-                          {"x,y\n1,2\n\n3,4\n", "f.csv:3: ", "empty line"}};
+  const Fault faults[] = {
+      {"", "f.csv:1: ", "no header row"},
+      {"\n1\n", "f.csv:1: ", "no header row"},
+      {"x;y,z\n1;2\n", "f.csv:1: ", "more than one of comma, semicolon and tab"},
+      {"x\ty;z\n1\t2\n", "f.csv:1: ", "more than one of comma, semicolon and tab"},
+      {"x,y\n1,0,2,0\n", "f.csv:2: ", "with decimal commas, columns must be separated by"},
+      {"x;y\n1;2,5\n1;2.5\n", "f.csv:3: ", "numbers before it have a decimal comma"},
+      {"x\ty\n1\t2.5\n1\t2,5\n", "f.csv:3: ", "numbers before it have a decimal point"},
+      {"x;y\n1;1.234,5\n", "f.csv:2: ", "holds '1.234,5'"},
+      {"x;y\n1;1,234,5\n", "f.csv:2: ", "holds '1,234,5'"},
+      {"x,y,x\n", "f.csv:1: ", "two columns are named 'x'"},
+      {"x,y\n1,2\n1\n", "f.csv:3: ", "1 fields, the header has 2"},
+      {"x,y\n1,2\n1,2,3\n", "f.csv:3: ", "3 fields, the header has 2"},
+      {"x,y\n1,2\n3,\n", "f.csv:3: ", "column 'y' is empty"},
+      {"x,y\n1,2\n\n3,4\n", "f.csv:3: ", "empty line"}};
   for (const Fault& fault : faults) {
     const std::string file = folder.write("f.csv", fault.content);
     for (const bool numbers : {false, true}) {

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "fem/error.hpp"
@@ -167,6 +168,18 @@ TEST(Record, WhatAFileCannotTellIsNotWritten) {
   record.sample_interval = 0.0;
   EXPECT_THROW(write_record(record, file), Error);
   EXPECT_FALSE(std::filesystem::exists(file));
+}
+
+TEST(Record, ATimeOfFewDigitsWithADecimalCommaIsAllowedItsRounding) {
+  const tests::Folder folder;
+  std::string text = rows("%.4f", 1.0 / 2048.0, 3000);
+  std::replace(text.begin(), text.end(), ',', ';');
+  std::replace(text.begin(), text.end(), '.', ',');
+  const Record record = read_record(folder.write("r.csv", text), {"force"});
+  EXPECT_EQ(record.samples.rows(), 3000);
+  // Four digits over 2999 steps.
+  EXPECT_NEAR(record.sample_interval, 1.0 / 2048.0, 1e-4 / 2999.0);
+  EXPECT_EQ(record.samples(2999, 0), 2999.0);
 }
 
 TEST(Record, BlocksJoinToTheWholeWhateverTheirSize) {
