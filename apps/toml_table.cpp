@@ -258,7 +258,7 @@ Band TomlTable::band(const std::string& key) {
     try {
       return parse_band(text(key));
     } catch (const Error& fault) {
-      throw error(key, std::string("is no band: ") + fault.what());
+      throw error(key, std::string("is no band: ") + fault.reason());
     }
   }
   const std::vector<double> ends = numbers(key);

@@ -57,7 +57,7 @@ std::vector<ModeFlag> read_flags(const Row& row) {
     try {
       flags.push_back(mode_flag(words.substr(0, end)));
     } catch (const Error& fault) {
-      throw row.error(fault.what());
+      throw row.error(fault.reason());
     }
     words.erase(0, end + 1);
   }

@@ -190,7 +190,7 @@ LawFit read_law(const Reader& reader, bool allow_zero) {
   try {
     law.kind = fem::law_kind(kind);
   } catch (const Error& error) {
-    reader.refuse(&reader.node("kind"), fmt::format("{}.kind: {}", reader.path(), error.what()));
+    reader.refuse(&reader.node("kind"), fmt::format("{}.kind: {}", reader.path(), error.reason()));
   }
   std::vector<std::string> known = parameter_names(law.kind);
   if (known.empty()) {
