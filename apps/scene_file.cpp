@@ -33,7 +33,7 @@ fem::FrequencyLaw read_law(TomlTable& material, const std::string& key, bool all
   try {
     fem::validate(law, "the table", allow_zero);
   } catch (const Error& fault) {
-    throw material.error(key, std::string("cannot be used: ") + fault.what());
+    throw material.error(key, std::string("cannot be used: ") + fault.reason());
   }
   return law;
 }
@@ -125,7 +125,7 @@ fem::Centreline read_centreline(TomlTable& body) {
   try {
     return fem::spline_through(points, length);
   } catch (const Error& fault) {
-    throw body.error("points", std::string("give no body of positive length: ") + fault.what());
+    throw body.error("points", std::string("give no body of positive length: ") + fault.reason());
   }
 }
 
@@ -191,7 +191,7 @@ const fem::Body& known_body(const TomlTable& table, const std::string& key, cons
   try {
     return fem::body_named(scene, name);
   } catch (const Error& fault) {
-    throw table.error(key, std::string("is on a body that is not in the scene: ") + fault.what());
+    throw table.error(key, std::string("is on a body that is not in the scene: ") + fault.reason());
   }
 }
 
@@ -326,8 +326,18 @@ fem::Contact read_contact(TomlTable& table, const fem::Scene& scene) {
   contact.law = table.choice<fem::ContactLaw>("law",
                                               {{"approach", fem::ContactLaw::approach},
                                                {"no_adhesion", fem::ContactLaw::no_adhesion},
-                                               {"hunt_crossley", fem::ContactLaw::hunt_crossley}},
+                                               {"hunt_crossley", fem::ContactLaw::hunt_crossley},
+                                               {"hard_stop", fem::ContactLaw::hard_stop}},
                                               fem::ContactLaw::approach);
+  if (contact.law == fem::ContactLaw::hard_stop) {
+    contact.restitution = table.not_negative("restitution", contact.restitution);
+    if (contact.restitution > 1.0) {
+      throw table.error("restitution", fmt::format("must be between 0 and 1, got {}", contact.restitution));
+    }
+  } else if (table.has("restitution")) {
+    throw table.error("restitution",
+                      "belongs to law = \"hard_stop\"; the other laws rebound as their damping says");
+  }
   table.finish();
   return contact;
 }

@@ -7,22 +7,36 @@
 namespace struna::fem {
 namespace {
 
-/// A force and its derivative with respect to the penetration at the end of the step.
+/// A force and its derivatives with respect to the penetration at the end and at the start of the step.
 struct ForceAndSlope {
   double force = 0.0;
   double slope = 0.0;
+  double start_slope = 0.0;
 };
 
+double mean_penetration(const ClosedContact& c) {
+  return 0.5 * (c.start_penetration + c.end_penetration);
+}
+
+/// Coefficient of g' in the force, at the mean penetration of the step [N s/m].
+double mean_damping(const ClosedContact& c) {
+  if (c.phase == ContactPhase::unloading) return 0.0;
+  if (c.law->kind != ContactLaw::hunt_crossley) return c.law->damping;
+  return c.law->damping / c.law->damping_length * mean_penetration(c);
+}
+
 ForceAndSlope mean_force(const ClosedContact& c, double step) {
-  const double mean = 0.5 * (c.start_penetration + c.end_penetration);
-  const double rate = (c.end_penetration - c.start_penetration) / step;
-  const double k = c.law->stiffness;
-  if (c.phase == ContactPhase::unloading) return {k * mean, 0.5 * k};
-  if (c.law->kind == ContactLaw::hunt_crossley) {
-    const double d = c.law->damping / c.law->damping_length;
-    return {mean * (k + d * rate), 0.5 * (k + d * rate) + mean * d / step};
+  const double rate = (c.end_penetration - c.prior_penetration) / step;
+  const double damping = mean_damping(c);
+  double stiffness = c.law->stiffness;
+  ForceAndSlope law;
+  law.force = stiffness * mean_penetration(c) + damping * rate;
+  if (c.law->kind == ContactLaw::hunt_crossley && c.phase != ContactPhase::unloading) {
+    stiffness += c.law->damping / c.law->damping_length * rate;
   }
-  return {k * mean + c.law->damping * rate, 0.5 * k + c.law->damping / step};
+  law.start_slope = 0.5 * stiffness;
+  law.slope = law.start_slope + damping / step;
+  return law;
 }
 
 double dot(const double* a, const double* b, int n) {
@@ -31,15 +45,19 @@ double dot(const double* a, const double* b, int n) {
   return sum;
 }
 
-/// Unit direction of the penetration at the end of the step.
-void end_normal(const ClosedContact& c, int dimension, double* normal) {
+/// Unit direction of the penetration at an offset.
+void unit_normal(const ClosedContact& c, const double* offset, int dimension, double* normal) {
   if (c.shape == StopShape::wall) {
     normal[0] = 1.0;
     normal[1] = 0.0;
     return;
   }
-  const double size = contact_distance(c.shape, c.end_offset, dimension);
-  for (int d = 0; d < dimension; ++d) normal[d] = size > 0.0 ? c.end_offset[d] / size : (d == 0 ? 1.0 : 0.0);
+  const double size = contact_distance(c.shape, offset, dimension);
+  for (int d = 0; d < dimension; ++d) normal[d] = size > 0.0 ? offset[d] / size : (d == 0 ? 1.0 : 0.0);
+}
+
+void end_normal(const ClosedContact& c, int dimension, double* normal) {
+  unit_normal(c, c.end_offset, dimension, normal);
 }
 
 /// Direction of the discrete gradient over the step.
@@ -63,6 +81,18 @@ double block(const RowMatrix& w, int dimension, std::size_t i, std::size_t j, co
   return sum;
 }
 
+/// free - W n F, one component.
+double moved(double free, const std::vector<ClosedContact>& contacts, int dimension, const RowMatrix& w,
+             int row) {
+  double offset = free;
+  for (std::size_t j = 0; j < contacts.size(); ++j) {
+    for (int s = 0; s < dimension; ++s) {
+      offset -= w(row, static_cast<int>(j) * dimension + s) * contacts[j].direction[s] * contacts[j].force;
+    }
+  }
+  return offset;
+}
+
 }  // namespace
 
 double contact_distance(StopShape shape, const double* offset, int dimension) {
@@ -71,36 +101,40 @@ double contact_distance(StopShape shape, const double* offset, int dimension) {
 }
 
 double contact_heat(const ClosedContact& c, double step) {
-  if (c.phase == ContactPhase::unloading) return 0.0;
-  const double change = c.end_penetration - c.start_penetration;
-  const double heat = c.law->damping * change * change / step;
-  if (c.law->kind != ContactLaw::hunt_crossley) return heat;
-  return heat * 0.5 * (c.start_penetration + c.end_penetration) / c.law->damping_length;
+  return mean_damping(c) * (c.end_penetration - c.prior_penetration) / step *
+         (c.end_penetration - c.start_penetration);
 }
 
 void ContactSolver::reserve(int points, int dimension) {
   free_.resize(points * dimension);
+  start_free_.resize(points * dimension);
+  start_slope_.resize(points);
   update_.resize(points);
   slope_.resize(points);
   jacobian_.resize(points * points);
 }
 
 void ContactSolver::move(std::vector<ClosedContact>& contacts, int dimension, const RowMatrix& w) {
-  const std::size_t n = contacts.size();
-  for (std::size_t i = 0; i < n; ++i) {
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
     ClosedContact& c = contacts[i];
     for (int r = 0; r < dimension; ++r) {
       const int row = static_cast<int>(i) * dimension + r;
-      double offset = free_[row];
-      for (std::size_t j = 0; j < n; ++j) {
-        for (int s = 0; s < dimension; ++s) {
-          offset -=
-              w(row, static_cast<int>(j) * dimension + s) * contacts[j].direction[s] * contacts[j].force;
-        }
-      }
-      c.end_offset[r] = offset;
+      c.end_offset[r] = moved(free_[row], contacts, dimension, w, row);
     }
     c.end_penetration = contact_distance(c.shape, c.end_offset, dimension) - c.gap;
+  }
+}
+
+void ContactSolver::move_start(std::vector<ClosedContact>& contacts, int dimension,
+                               const RowMatrix& w_static) {
+  if (!w_static.size()) return;
+  for (std::size_t i = 0; i < contacts.size(); ++i) {
+    ClosedContact& c = contacts[i];
+    for (int r = 0; r < dimension; ++r) {
+      const int row = static_cast<int>(i) * dimension + r;
+      c.start_offset[r] = moved(start_free_[row], contacts, dimension, w_static, row);
+    }
+    c.start_penetration = contact_distance(c.shape, c.start_offset, dimension) - c.gap;
   }
 }
 
@@ -122,16 +156,20 @@ void ContactSolver::eliminate(int n) {
 }
 
 bool ContactSolver::solve(std::vector<ClosedContact>& contacts, int dimension, const RowMatrix& w,
-                          double step) {
+                          const RowMatrix& w_static, double step) {
   const std::size_t n = contacts.size();
   for (std::size_t i = 0; i < n; ++i) {
-    std::copy_n(contacts[i].end_offset, dimension, &free_[i * dimension]);
+    ClosedContact& c = contacts[i];
+    std::copy_n(c.end_offset, dimension, &free_[i * dimension]);
+    std::copy_n(c.start_offset, dimension, &start_free_[i * dimension]);
+    c.start_penetration = contact_distance(c.shape, c.start_offset, dimension) - c.gap;
     mean_direction(contacts[i], dimension);
   }
   constexpr int most_iterations = 30;
   double last_change = std::numeric_limits<double>::infinity();
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
     move(contacts, dimension, w);
+    move_start(contacts, dimension, w_static);
     bool settled = iteration > 0;
     double change = 0.0;  // largest movement still asked for, over the gap
     for (std::size_t i = 0; i < n; ++i) {
@@ -142,15 +180,16 @@ bool ContactSolver::solve(std::vector<ClosedContact>& contacts, int dimension, c
       const ForceAndSlope law = mean_force(c, step);
       update_[i] = law.force - c.force;
       slope_[i] = law.slope;
+      start_slope_[i] = law.start_slope;
       double turned = 0.0;
       for (int d = 0; d < dimension; ++d) turned = std::max(turned, std::abs(c.direction[d] - before[d]));
       // Settled when what is missing would move the point by no more than the rounding of its offset.
       const double missing =
           std::abs(update_[i]) / (1.0 + law.slope * c.normal_flexibility) + turned * std::abs(c.force);
-      const double moved = missing * c.normal_flexibility;
-      settled = settled && (moved <= 1e-16 * (c.gap + std::abs(c.end_penetration)) ||
+      const double movement = missing * c.normal_flexibility;
+      settled = settled && (movement <= 1e-16 * (c.gap + std::abs(c.end_penetration)) ||
                             missing <= 1e-14 * std::abs(c.force));
-      change = std::max(change, moved / (c.gap + std::abs(c.end_penetration)));
+      change = std::max(change, movement / (c.gap + std::abs(c.end_penetration)));
     }
     // Newton that no longer gains stands on the rounding of the offsets, which are differences of far larger
     // motions.
@@ -158,11 +197,15 @@ bool ContactSolver::solve(std::vector<ClosedContact>& contacts, int dimension, c
     last_change = change;
     if (settled || stalled) return true;
     for (std::size_t i = 0; i < n; ++i) {
-      double normal[2];
+      double normal[2], start_normal[2];
       end_normal(contacts[i], dimension, normal);
+      unit_normal(contacts[i], contacts[i].start_offset, dimension, start_normal);
       for (std::size_t j = 0; j < n; ++j) {
-        jacobian_[i * n + j] =
-            (i == j ? 1.0 : 0.0) + slope_[i] * block(w, dimension, i, j, normal, contacts[j].direction);
+        double& entry = jacobian_[i * n + j];
+        entry = (i == j ? 1.0 : 0.0) + slope_[i] * block(w, dimension, i, j, normal, contacts[j].direction);
+        if (w_static.size()) {
+          entry += start_slope_[i] * block(w_static, dimension, i, j, start_normal, contacts[j].direction);
+        }
       }
     }
     eliminate(static_cast<int>(n));

@@ -89,6 +89,7 @@ void ModalStepper::State::prepare() {
   control_.set_lowest_pole(n > 0 ? (system_.poles.re.square() + system_.poles.im.square()).sqrt().minCoeff()
                                  : 0.0);
   refresh(now_, time_);
+  deflect_static_modes();
   for (int i = 0; i < point_count(); ++i) {
     phase_[i] = phase_of(points_[i].law, now_.penetration[i], rate(now_, i));
     force_[i] = phase_force(points_[i].law, phase_[i], now_.penetration[i], rate(now_, i));
@@ -96,6 +97,37 @@ void ModalStepper::State::prepare() {
   energy_ = EnergyLedger{};
   const EnergyLedger start = energy();
   energy_.initial = start.kinetic + start.strain + start.contact_stored;
+}
+
+/// A state with closed contacts: static modes, which have no mass, stand in equilibrium with them at once.
+void ModalStepper::State::deflect_static_modes() {
+  if (!system_.static_flexibility.size() || point_count() == 0 || now_.penetration.maxCoeff() <= 0.0) return;
+  balance(now_.offset, system_.static_flexibility);
+  refresh(now_, time_);
+}
+
+/// Point forces in static equilibrium: `offset` without them, `w` the flexibility between the points.
+void ModalStepper::State::balance(const Eigen::VectorXd& offset, const RowMatrix& w) {
+  const int d = system_.dimension;
+  closed_.clear();
+  for (int i = 0; i < point_count(); ++i) {
+    ClosedContact c;
+    c.point = i;
+    c.law = &points_[i].law;
+    c.shape = points_[i].shape;
+    c.gap = points_[i].gap;
+    std::copy_n(&offset[i * d], d, c.end_offset);
+    closed_.push_back(c);
+  }
+  if (!solver_.settle(closed_, d, w)) {
+    throw Error(
+        "ModalStepper: the static equilibrium with contact was not found; soften the contact, or start "
+        "where no gap is closed");
+  }
+  point_force_.setZero();
+  for (const ClosedContact& c : closed_) {
+    for (int s = 0; s < d; ++s) point_force_[c.point * d + s] = -c.direction[s] * c.force;
+  }
 }
 
 void ModalStepper::State::refresh(Instant& instant, double time) {
@@ -154,26 +186,7 @@ void ModalStepper::State::settle() {
       system_.rest + system_.motion * motion.displacement + system_.rows * (compliance * load).matrix();
   RowMatrix w = system_.rows * compliance.matrix().asDiagonal() * system_.rows.transpose();
   if (system_.static_flexibility.size()) w += system_.static_flexibility;
-  const int d = system_.dimension;
-  closed_.clear();
-  for (int i = 0; i < point_count(); ++i) {
-    ClosedContact c;
-    c.point = i;
-    c.law = &points_[i].law;
-    c.shape = points_[i].shape;
-    c.gap = points_[i].gap;
-    std::copy_n(&offset[i * d], d, c.end_offset);
-    closed_.push_back(c);
-  }
-  if (!solver_.settle(closed_, d, w)) {
-    throw Error(
-        "settle: the static equilibrium with contact was not found; start from rest without gravity, or "
-        "soften the contact");
-  }
-  point_force_.setZero();
-  for (const ClosedContact& c : closed_) {
-    for (int s = 0; s < d; ++s) point_force_[c.point * d + s] = -c.direction[s] * c.force;
-  }
+  balance(offset, w);
   const Eigen::ArrayXd total = load + (system_.rows.transpose() * point_force_).array();
   for (int k = 0; k < system_.poles.size(); ++k) {
     const std::complex<double> mu(system_.poles.re[k], system_.poles.im[k]);
@@ -202,14 +215,21 @@ Eigen::VectorXd ModalStepper::State::per_body(int body, const Eigen::VectorXd& s
   return out;
 }
 
+/// Load that a static mode follows: prescribed, constant, contact.
+double ModalStepper::State::static_force(Eigen::Index mode) const {
+  const MotionSample& u = now_.motion;
+  const double load = system_.static_load(mode, 0) * u.displacement +
+                      system_.static_load(mode, 1) * u.velocity +
+                      system_.static_load(mode, 2) * u.acceleration + system_.static_constant_load[mode];
+  return point_count() > 0 ? load + system_.static_rows.col(mode).dot(point_force_) : load;
+}
+
 Eigen::VectorXd ModalStepper::State::displacement(int body) const {
   Eigen::VectorXd out = per_body(body, now_.q);
   for (std::size_t m = 0; m < system_.static_origin.size(); ++m) {
     const ModalOrigin origin = system_.static_origin[m];
     const auto at = static_cast<Eigen::Index>(m);
-    if (origin.body == body) {
-      out[origin.index] = system_.static_compliance[at] * system_.static_rows.col(at).dot(point_force_);
-    }
+    if (origin.body == body) out[origin.index] = system_.static_compliance[at] * static_force(at);
   }
   return out;
 }
@@ -220,9 +240,7 @@ Eigen::VectorXd ModalStepper::State::internal_force(int body) const {
   Eigen::VectorXd out = per_body(body, force);
   for (std::size_t m = 0; m < system_.static_origin.size(); ++m) {
     const ModalOrigin origin = system_.static_origin[m];
-    if (origin.body == body) {
-      out[origin.index] = system_.static_rows.col(static_cast<Eigen::Index>(m)).dot(point_force_);
-    }
+    if (origin.body == body) out[origin.index] = static_force(static_cast<Eigen::Index>(m));
   }
   return out;
 }

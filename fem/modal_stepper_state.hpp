@@ -53,6 +53,7 @@ class ModalStepper::State {
   Eigen::VectorXd displacement(int body) const;
   Eigen::VectorXd velocity(int body) const { return per_body(body, now_.v); }
   Eigen::VectorXd internal_force(int body) const;
+  double static_force(Eigen::Index mode) const;
   Eigen::Vector2d offset(int point) const;
   EnergyLedger energy() const;
   int check_body(int body) const;
@@ -67,6 +68,8 @@ class ModalStepper::State {
  private:
   int point_count() const { return static_cast<int>(points_.size()); }
   void store_state();
+  void deflect_static_modes();
+  void balance(const Eigen::VectorXd& offset, const RowMatrix& w);
   void refresh(Instant& instant, double time);
   void set_geometry(Instant& instant);
   double direction(const Instant& instant, int point, int component) const;
@@ -109,8 +112,9 @@ class ModalStepper::State {
   std::vector<double> last_impact_;
   std::vector<ClosedContact> closed_;
   ContactSolver solver_;
-  RowMatrix closed_flexibility_, closed_rows_, scaled_rows_;
-  Eigen::VectorXd point_force_;  ///< on the components, now: the static deflection follows it
+  RowMatrix closed_flexibility_, closed_static_, closed_rows_, scaled_rows_;
+  Eigen::VectorXd start_offset_;  ///< at the start of the attempted step, static modes undeflected
+  Eigen::VectorXd point_force_;   ///< on the components, now: the static deflection follows it
   Eigen::VectorXd next_point_force_;
   Eigen::ArrayXd mean_, slope_, contact_load_;
   EnergyLedger energy_;

@@ -49,20 +49,30 @@ const StepTable& ModalStepper::State::ladder(int level) {
   return *ladder_[level];
 }
 
+/// The blocks of the closed points out of a matrix between all of them.
+static void gather_closed(const RowMatrix& all, const std::vector<ClosedContact>& closed, int d,
+                          RowMatrix& block) {
+  const int n = static_cast<int>(closed.size());
+  block.resize(n * d, n * d);
+  for (int i = 0; i < n; ++i) {
+    for (int r = 0; r < d; ++r) {
+      const double* from = &all(closed[i].point * d + r, 0);
+      double* to = &block(i * d + r, 0);
+      for (int j = 0; j < n; ++j) {
+        for (int c = 0; c < d; ++c) *to++ = from[closed[j].point * d + c];
+      }
+    }
+  }
+}
+
 void ModalStepper::State::closed_flexibility(const StepTable& table) {
   const int d = system_.dimension;
   const int n = static_cast<int>(closed_.size());
-  closed_flexibility_.resize(n * d, n * d);
+  if (system_.static_flexibility.size()) {
+    gather_closed(system_.static_flexibility, closed_, d, closed_static_);
+  }
   if (table.flexibility.size()) {
-    for (int i = 0; i < n; ++i) {
-      for (int r = 0; r < d; ++r) {
-        const double* from = &table.flexibility(closed_[i].point * d + r, 0);
-        double* to = &closed_flexibility_(i * d + r, 0);
-        for (int j = 0; j < n; ++j) {
-          for (int c = 0; c < d; ++c) *to++ = from[closed_[j].point * d + c];
-        }
-      }
-    }
+    gather_closed(table.flexibility, closed_, d, closed_flexibility_);
     return;
   }
   closed_rows_.resize(n * d, system_.poles.modes);
@@ -70,13 +80,7 @@ void ModalStepper::State::closed_flexibility(const StepTable& table) {
     closed_rows_.middleRows(i * d, d) = system_.rows.middleRows(closed_[i].point * d, d);
   scaled_rows_ = closed_rows_ * table.coefficients.flexibility.matrix().asDiagonal();
   closed_flexibility_.noalias() = scaled_rows_ * closed_rows_.transpose();
-  if (!system_.static_flexibility.size()) return;
-  for (int i = 0; i < n; ++i) {
-    for (int j = 0; j < n; ++j) {
-      closed_flexibility_.block(i * d, j * d, d, d) +=
-          system_.static_flexibility.block(closed_[i].point * d, closed_[j].point * d, d, d);
-    }
-  }
+  if (closed_static_.size()) closed_flexibility_ += closed_static_;
 }
 
 /// Mean and slope of the modal loads over a step: exact mean and first moment of u'' from u' and u at the
@@ -105,6 +109,10 @@ void ModalStepper::State::attempt(const StepTable& table, double end_time) {
   next_.offset.noalias() = system_.rows * next_.q;
   next_.offset += system_.rest + system_.motion * next_.motion.displacement;
   closed_.clear();
+  start_offset_ = now_.offset;
+  if (system_.static_flexibility.size()) {
+    start_offset_.noalias() -= system_.static_flexibility * point_force_;
+  }
   for (int i = 0; i < point_count(); ++i) {
     if (!transmits(phase_[i])) continue;
     const int d = system_.dimension;
@@ -114,9 +122,9 @@ void ModalStepper::State::attempt(const StepTable& table, double end_time) {
     contact.phase = phase_[i];
     contact.shape = points_[i].shape;
     contact.gap = points_[i].gap;
-    std::copy_n(&now_.offset[i * d], d, contact.start_offset);
+    std::copy_n(&start_offset_[i * d], d, contact.start_offset);
     std::copy_n(&next_.offset[i * d], d, contact.end_offset);
-    contact.start_penetration = now_.penetration[i];
+    contact.prior_penetration = now_.penetration[i];
     contact.force = force_[i];
     closed_.push_back(contact);
   }
@@ -132,8 +140,7 @@ void ModalStepper::State::start_paths() {
   path_start_ = now_.penetration;
   if (!system_.static_flexibility.size()) return;
   const int d = system_.dimension;
-  const Eigen::VectorXd offset =
-      now_.offset + system_.static_flexibility * (next_point_force_ - point_force_);
+  const Eigen::VectorXd offset = start_offset_ + system_.static_flexibility * next_point_force_;
   for (int i = 0; i < point_count(); ++i) {
     path_start_[i] = contact_distance(points_[i].shape, &offset[i * d], d) - points_[i].gap;
   }
@@ -143,7 +150,7 @@ void ModalStepper::State::solve_contacts(const StepTable& table) {
   const StepCoefficients& c = table.coefficients;
   const int d = system_.dimension;
   closed_flexibility(table);
-  if (!solver_.solve(closed_, d, closed_flexibility_, c.step)) {
+  if (!solver_.solve(closed_, d, closed_flexibility_, closed_static_, c.step)) {
     throw Error(fmt::format(
         "ModalStepper: contact forces at t = {} s did not converge (step {} s, {} closed contacts); "
         "lower the contact stiffness or the step",
@@ -215,9 +222,16 @@ void ModalStepper::State::accept(const StepTable& table, double end_time, bool c
     }
   }
   if (system_.static_flexibility.size()) {
-    // Static modes under a jump of force are dampers without memory: half of the work of the jump is lost.
-    const Eigen::VectorXd jump = next_point_force_ - point_force_;
-    energy_.body_dissipated += 0.5 * jump.dot(system_.static_flexibility * jump);
+    // Static modes jump with the force at the start of a step, and the contact's springs with them. They have
+    // no mass to carry what is lost in that: it counts as heat.
+    const RowMatrix& flexibility = system_.static_flexibility;
+    energy_.body_dissipated += 0.5 * (point_force_.dot(flexibility * point_force_) -
+                                      next_point_force_.dot(flexibility * next_point_force_));
+    for (const ClosedContact& closed : closed_) {
+      energy_.body_dissipated += 0.5 * closed.law->stiffness *
+                                 (closed.prior_penetration * closed.prior_penetration -
+                                  closed.start_penetration * closed.start_penetration);
+    }
   }
   for (int i = 0; i < point_count(); ++i) {
     last_rate_[i] = (next_.penetration[i] - now_.penetration[i]) / c.step;

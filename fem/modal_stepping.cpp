@@ -105,6 +105,8 @@ void ModalStepper::State::strike(int point, double approach_speed) {
   const double impulse = (1.0 + r) * approach_speed / mobility(point);
   for (int s = 0; s < d; ++s) {
     const double part = -impulse * direction(now_, point, s);
+    // The prescribed motion goes on through the impact and works on its impulse.
+    energy_.input -= part * system_.motion[point * d + s] * now_.motion.velocity;
     for (int k = 0; k < system_.poles.size(); ++k) {
       const double p = part * system_.rows(point * d + s, system_.poles.mode[k]);
       now_.z.re[k] += system_.poles.residue_re[k] * p;

@@ -211,6 +211,18 @@ void fill_poles(PoleArrays& poles, const std::vector<std::complex<double>>& pole
   }
 }
 
+void fill_static_loads(ModalSystem& system, const std::vector<ModalBody>& bodies) {
+  const int modes = static_cast<int>(system.static_origin.size());
+  system.static_load.resize(modes, 3);
+  system.static_constant_load.setZero(modes);
+  for (int m = 0; m < modes; ++m) {
+    const ModalOrigin origin = system.static_origin[m];
+    const ModalBody& body = bodies[origin.body];
+    system.static_load.row(m) = body.load.row(origin.index).array();
+    if (body.constant_load.size()) system.static_constant_load[m] = body.constant_load[origin.index];
+  }
+}
+
 void fill_points(ModalSystem& system, const std::vector<ContactPoint>& points) {
   const int d = system.dimension;
   const int n = static_cast<int>(points.size());
@@ -228,6 +240,11 @@ void fill_points(ModalSystem& system, const std::vector<ContactPoint>& points) {
   system.rows = contact_rows(system, points, system.mode_origin);
   if (system.static_origin.empty()) return;
   system.static_rows = contact_rows(system, points, system.static_origin);
+  const auto deflection = [&](const Eigen::ArrayXd& load) -> Eigen::VectorXd {
+    return system.static_rows * (system.static_compliance * load).matrix();
+  };
+  system.rest += deflection(system.static_constant_load);
+  system.motion += deflection(system.static_load.col(0));
   system.static_flexibility =
       system.static_rows * system.static_compliance.matrix().asDiagonal() * system.static_rows.transpose();
 }
@@ -269,6 +286,7 @@ ModalSystem modal_system(const std::vector<ModalBody>& bodies, const std::vector
       Eigen::Map<Eigen::ArrayXd>(compliance.data(), static_cast<Eigen::Index>(compliance.size()));
   fill_poles(system.poles, pole, residue);
   fill_modes(system, bodies);
+  fill_static_loads(system, bodies);
   fill_points(system, points);
   return system;
 }

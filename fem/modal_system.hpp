@@ -29,6 +29,8 @@ struct ModalSystem {
   std::vector<char> viscoelastic;          ///< per stepped mode: more poles than a viscous one has
   std::vector<ModalOrigin> static_origin;  ///< modes that follow statically
   Eigen::ArrayXd static_compliance;        ///< their q/p [s^2]
+  Eigen::ArrayX3d static_load;             ///< on u, u', u''
+  Eigen::ArrayXd static_constant_load;
   RowMatrix static_rows;
 
   int dimension = 2;                  ///< 1: every point moves on its line
@@ -39,6 +41,8 @@ struct ModalSystem {
   int idle_modes = 0;
 };
 
+/// Static modes deflect under their constant load and under a driving force (both are in `rest` and
+/// `motion`); their inertia load is read out (displacement, internal force) but not fed to the contacts.
 /// `moving` tells, per body and mode, what already moves (an initial state); modes above `highest_mode_hz`
 /// (0: none) are left to statics.
 ModalSystem modal_system(const std::vector<ModalBody>& bodies, const std::vector<ContactPoint>& points,

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "fem/error.hpp"
+#include "fem/record_edge.hpp"
 
 namespace struna::fem {
 
@@ -301,15 +302,25 @@ MotionHistory motion_from_samples(const Eigen::VectorXd& samples, double sample_
       throw Error(fmt::format("motion_from_samples: samples must be finite, sample {} is not", i));
     }
   }
+  Eigen::VectorXd sound = samples;
+  std::string note;
+  if (const auto edge = find_resampling_edge(samples, sample_interval)) {
+    const long repaired = edge->repaired.size();
+    sound.head(repaired) = edge->repaired;
+    note = fmt::format(
+        "the record starts with a jump, the edge of a resampling by 1:{} with zeros before its start: its "
+        "first {} samples were reconstructed (to {:.1g})",
+        edge->factor, repaired, edge->uncertainty);
+  }
   constexpr long margin = 64;  // the slowest filter pole to this power is below rounding
-  const auto coefficients = spline_coefficients(samples, margin);
+  const auto coefficients = spline_coefficients(sound, margin);
   std::vector<Node> nodes;
   nodes.reserve(static_cast<std::size_t>(samples.size()));
   for (long i = 0; i < samples.size(); ++i)
     nodes.push_back(spline_node(&coefficients[static_cast<std::size_t>(i + margin)]));
   const double duration = static_cast<double>(samples.size() - 1) * sample_interval;
   return {std::make_shared<SepticTable>(std::move(nodes), sample_interval, false), duration,
-          0.5 / sample_interval};
+          0.5 / sample_interval, note};
 }
 
 }  // namespace struna::fem

@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <string>
 
 #include "fem/scene.hpp"
 
@@ -20,18 +21,22 @@ struct MotionSample {
 class MotionHistory {
  public:
   class Source;  ///< closed form or table (motion.cpp)
-  MotionHistory(std::shared_ptr<const Source> source, double duration, double highest_hz)
-      : source_(std::move(source)), duration_(duration), highest_hz_(highest_hz) {}
+  MotionHistory(std::shared_ptr<const Source> source, double duration, double highest_hz,
+                std::string note = {})
+      : source_(std::move(source)), duration_(duration), highest_hz_(highest_hz), note_(std::move(note)) {}
   /// Throws Error outside [0, duration].
   MotionSample at(double t) const;
   double duration() const { return duration_; }
   /// Upper edge of the band that the motion fills [Hz]; half the sampling rate of a record.
   double highest_hz() const { return highest_hz_; }
+  /// What was done to a record's samples; empty: nothing.
+  const std::string& note() const { return note_; }
 
  private:
   std::shared_ptr<const Source> source_;
   double duration_;
   double highest_hz_;
+  std::string note_;
 };
 
 /// The history an excitation describes, by kind:
@@ -52,8 +57,10 @@ MotionHistory motion_history(const Excitation& excitation, double duration);
 double multisine_period(double duration);
 
 /// Seventh-degree spline (C6) through samples at a uniform interval [s]; duration (samples - 1) interval.
-/// Nothing is filtered or detrended. Beyond its ends the record is continued point-symmetrically, which only
-/// matters within a few samples of them. Throws Error on fewer than 8 samples or values that are not finite.
+/// Nothing is filtered or detrended; but where the record starts with the edge of a resampling filter, its
+/// first samples are reconstructed (find_resampling_edge) and note() tells so. Beyond its ends the record is
+/// continued point-symmetrically, which only matters within a few samples of them. Throws Error on fewer than
+/// 8 samples or values that are not finite.
 MotionHistory motion_from_samples(const Eigen::VectorXd& samples, double sample_interval);
 
 }  // namespace struna::fem

@@ -60,6 +60,7 @@ void add_contact(const Contact& contact, int inside, int outside, SimulationPlan
     plan.pairs.push_back({pair, inside, outside});
     plan.contacts.push_back(&contact);
   }
+  plan.overlap = std::max(plan.overlap, deepest);
   if (deepest > 0.0) {
     plan.warnings.push_back(fmt::format(
         "'{}' lies {:.3g} m outside the bore of '{}' (gap {:g} m) as drawn; the run starts from their "

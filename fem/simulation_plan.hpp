@@ -24,6 +24,7 @@ struct SimulationPlan {
   std::vector<ContactPoint> points;      ///< one per pair
   std::vector<const Contact*> contacts;  ///< of the scene, one per pair (borrowed from the scene)
   std::vector<OutputRow> rows;
+  double overlap = 0.0;  ///< deepest penetration as drawn [m]
   std::vector<std::string> warnings;
 };
 

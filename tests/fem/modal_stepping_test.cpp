@@ -362,6 +362,26 @@ TEST(ModalStepping, StaticModesKeepTheirFlexibility) {
   EXPECT_LT(std::abs(stepper.energy().imbalance()), 1e-6 * stepper.energy().input);
 }
 
+TEST(ModalStepping, FewModesStartInContactWithoutSwinging) {
+  // Pressed 0.1 mm into the stop, all but two modes static: those stand in equilibrium with the stop at once,
+  // and a stiff undamped spring in series with them does not swing from step to step.
+  Wb1Modal wb1;
+  wb1.stop.rest_offset[0] += wb1.stop.gap + 1e-4;
+  for (const double stiffness : {1e5, 1e7, 1e9}) {
+    wb1.stop.law = {ContactLaw::no_adhesion, stiffness, 0.0};
+    ModalSteppingOptions options;
+    options.highest_mode_hz = 80.0;
+    ModalStepper stepper({wb1.body}, {wb1.stop}, still, options);
+    ASSERT_GT(stepper.report().static_modes, 20);
+    const double start = stepper.force(0);
+    EXPECT_GT(start, 0.0);
+    stepper.advance(1e-6);
+    EXPECT_NEAR(stepper.force(0), start, 1e-3 * start);  // the two modes have hardly moved
+    stepper.advance(0.1);
+    EXPECT_LT(std::abs(stepper.energy().imbalance()), 1e-6 * stepper.energy().initial);
+  }
+}
+
 TEST(ModalStepping, GravityStartsFromItsStaticRestWithContact) {
   // Weight 5 N on a spring of 1e3 N/m, wall at 1 mm of stiffness 1e4: x = (5 + 1e4 * 1e-3)/(1e3 + 1e4).
   ModalBody body = oscillators({std::sqrt(1e3)}, 0.02);

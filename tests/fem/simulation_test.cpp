@@ -227,6 +227,116 @@ TEST(Simulation, FlagsWhatLeavesLinearTheory) {
   EXPECT_TRUE(simulated(scene).report.warnings.empty());
 }
 
+TEST(Simulation, TellsModesStepsAndTheEstimatedError) {
+  auto scene = banded_scene(Excitation::Kind::random, 0.05, 1.5e-4);
+  for (const double tolerance : {1e-2, 1e-3}) {
+    scene.simulation->tolerance = tolerance;
+    const auto report = simulated(scene).report;
+    EXPECT_GT(report.estimated_error, 0.0);
+    EXPECT_LE(report.estimated_error, tolerance);
+    EXPECT_GT(report.error_checked_until, 0.0);
+    EXPECT_GT(report.steps.modes, 0);
+    EXPECT_GT(report.steps.shortest_step, 0.0);
+  }
+  scene.simulation->tolerance = 1e-2;
+  EXPECT_GT(simulated(scene).report.steps.static_modes, 0);
+}
+
+TEST(Simulation, BodiesThatOverlapAsDrawnStartFromTheirEquilibrium) {
+  // The wire lies 1 mm beside the bore's axis, the gap is 0.15 mm: it is bent into the bore before anything
+  // moves.
+  auto scene = banded_scene(Excitation::Kind::sine, 0.02, 1.5e-4);
+  scene.bodies[1].centreline = straight_line({0.120, 1e-3, 0}, {0.441, 1e-3, 0});
+  scene.simulation->excitation.acceleration = 1e-6;
+  for (const auto method : {IntegrationMethod::modal, IntegrationMethod::newmark}) {
+    scene.simulation->method = method;
+    const auto response = simulated(scene);
+    EXPECT_FALSE(response.report.linear);
+    bool told = false;
+    for (const auto& warning : response.report.warnings) {
+      told = told || warning.find("equilibrium in contact") != std::string::npos;
+    }
+    EXPECT_TRUE(told);
+    // At rest: the support's force stays what it is at the start (the base moves by 1e-11 m).
+    const Eigen::VectorXd force = response.output.col(1);
+    EXPECT_GT(std::abs(force[0]), 1e-3);
+    // Newmark starts from its own static solution, banded: rounding. The filter's ripple of 1e-4 is common.
+    EXPECT_LT((force.array() - force[0]).abs().maxCoeff(), 1e-3 * std::abs(force[0]));
+  }
+}
+
+TEST(Simulation, EveryContactLawRunsAndClosesItsLedger) {
+  for (const ContactLaw law :
+       {ContactLaw::approach, ContactLaw::no_adhesion, ContactLaw::hunt_crossley, ContactLaw::hard_stop}) {
+    auto scene = banded_scene(Excitation::Kind::random, 0.05, 1.5e-4);
+    scene.contacts[0].law = law;
+    scene.contacts[0].restitution = 0.5;
+    const auto response = simulated(scene);
+    EXPECT_GT(response.report.steps.events, 10);
+    ASSERT_TRUE(response.report.energy.has_value());
+    EXPECT_LT(std::abs(response.report.energy->imbalance()), 1e-6 * std::abs(response.report.energy->input))
+        << static_cast<int>(law);
+    EXPECT_GT(response.report.energy->contact_dissipated, 0.0);
+  }
+}
+
+TEST(Simulation, ABandOutsideTheWiresReachIsToldToDoNothing) {
+  auto scene = banded_scene(Excitation::Kind::random, 0.02, 1.5e-4);
+  scene.bodies[1].centreline = straight_line({0.6, 0, 0}, {0.9, 0, 0});  // beyond the wire's end
+  const auto response = simulated(scene);
+  EXPECT_TRUE(response.report.linear);
+  ASSERT_FALSE(response.report.warnings.empty());
+  EXPECT_NE(response.report.warnings.front().find("can do nothing"), std::string::npos);
+}
+
+TEST(Simulation, AGapSmallerThanTheSagittaNeverTouchesAtRest) {
+  // Concentric curved bodies of different meshes: the sagitta of the wire's elements is 0.5 mm, the gap 10
+  // um.
+  auto scene = banded_scene(Excitation::Kind::sine, 0.01, 1e-5);
+  scene.bodies[0] = curved_wire();
+  scene.bodies[1].centreline = scene.bodies[0].centreline;
+  scene.simulation->excitation.acceleration = 1e-6;
+  const auto response = simulated(scene);
+  EXPECT_TRUE(response.report.linear);
+  EXPECT_LT(response.report.largest_offset, 1e-3);
+}
+
+TEST(Simulation, PenetrationDeeperThanTheGapIsFlagged) {
+  auto scene = banded_scene(Excitation::Kind::random, 0.05, 2e-5);
+  scene.contacts[0].stiffness = 10.0;
+  scene.contacts[0].damping = 0.0;
+  bool told = false;
+  for (const auto& warning : simulated(scene).report.warnings) {
+    told = told || warning.find("more than the gap") != std::string::npos;
+  }
+  EXPECT_TRUE(told);
+}
+
+TEST(Simulation, ContactThatIsTooStiffIsAnError) {
+  auto scene = banded_scene(Excitation::Kind::random, 0.05, 1.5e-4);
+  scene.contacts[0].stiffness = 1e18;
+  EXPECT_THROW(simulated(scene), Error);
+}
+
+TEST(Simulation, ModalAndNewmarkAgreeOnTheFilter) {
+  // Gap 6.5e-4 m over 50 ms, 5e-5 m over 20 ms: 1 % of the peak displacement of a point of the wire.
+  for (const auto& [gap, duration] : {std::pair{6.5e-4, 0.05}, std::pair{5e-5, 0.02}}) {
+    auto scene = banded_scene(Excitation::Kind::sine, duration, gap);
+    scene.bodies[1].material = viscous_material(30e9);
+    scene.simulation->excitation.frequency_hz = 100.0;
+    scene.simulation->excitation.acceleration = 400.0;  // a base motion of 1 mm
+    scene.measurement->at = BodyPoint{"wire", 0.5};
+    const auto modal = simulated(scene);
+    EXPECT_FALSE(modal.report.linear) << gap;
+    scene.simulation->method = IntegrationMethod::newmark;
+    scene.simulation->step = 2e-6;
+    const auto newmark = simulated(scene);
+    const Eigen::VectorXd difference = modal.output.col(1) - newmark.output.col(1);
+    // First order in Newmark's step after touch (WB-1: 1e-4 of the gap at 1e-6 s, 6e-3 at 2e-5 s).
+    EXPECT_LT(difference.cwiseAbs().maxCoeff(), 0.01 * modal.output.col(1).cwiseAbs().maxCoeff()) << gap;
+  }
+}
+
 TEST(Simulation, RefusesWhatItCannotDo) {
   const auto scene = bare_scene(wire(), Excitation::Kind::sine, 0.01);
   auto fault = scene;

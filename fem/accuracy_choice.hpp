@@ -1,0 +1,32 @@
+#pragma once
+
+#include <vector>
+
+#include "fem/modal_stepping.hpp"
+
+namespace struna::fem {
+
+/// What a ModalStepper needs to keep a tolerance, and how that was checked.
+struct AccuracyChoice {
+  double highest_mode_hz = 0.0;  ///< modes above follow statically; 0: every mode is stepped
+  double tolerance = 1e-3;       ///< for the stepper; below the one asked where that was not enough
+  double estimated_error = 0.0;  ///< of a contact point's displacement, over the largest one
+  double checked_from = 0.0;     ///< [s] the first touch
+  double checked_until = 0.0;    ///< [s]
+  bool met = true;               ///< estimated_error is within the tolerance asked
+};
+
+/// The lowest frequency above which modes may be left to statics under a motion that ends at `highest_hz`
+/// [Hz]: what they then lack of their answer to it is (f/f_r)^2, below `tolerance`.
+double static_mode_limit(double highest_hz, double tolerance);
+
+/// Chooses modes and steps by trial. A reference with every mode and a tenth of the tolerance runs up to 20
+/// ms (less where `duration` [s] ends) beyond the first touch, where trajectories have not parted yet; then
+/// every mode at the tolerance asked, which is tightened by four until the error is below half of it; then
+/// fewer modes, from static_mode_limit() upwards by octaves: the first that keeps below half is taken. docs:
+/// modal_stepping.md. `options.tolerance` is what is asked; `settle`: trials start from the static rest.
+AccuracyChoice choose_accuracy(const std::vector<ModalBody>& bodies, const std::vector<ContactPoint>& points,
+                               const PrescribedMotion& motion, double highest_hz, double duration,
+                               const ModalSteppingOptions& options, bool settle);
+
+}  // namespace struna::fem
