@@ -18,10 +18,12 @@ constexpr double lack_of_fit =
     2.0;  // chi-square per degree of freedom from which on the model's own error counts
 constexpr double structured = 4.0;  // lines worth one from which on the residual is no noise
 constexpr double narrower_windows[] = {8.0, 5.0, 3.0};  // bandwidths
+constexpr double first_window = 5.0;                    // of the first round, which only improves the start
 constexpr double most_scatter = 0.1;                    // beyond noise, of the radius
 constexpr double untouched = 1e-3;  // bandwidths: a group whose modes moved less is not fitted again
 constexpr int most_rounds = 8, most_trials = 3, most_weighings = 4, fresh_rounds = 3;
 constexpr int most_iterations = 20;  // of one fit
+constexpr double tolerance = 0.01;   // of one fit, in standard errors
 
 // Constants from the line next to the resonance: good enough to take a distant mode's share off.
 void complete_start(const TransferFunction& tf, Mode& mode, fem::Damping damping) {
@@ -153,6 +155,7 @@ class GroupRefiner {
 
   void drop() {
     while (const auto worst = fit_.worst(count())) {
+      failed_.push_back(target_[static_cast<std::size_t>(*worst)]);
       reject(static_cast<std::size_t>(*worst), fit_.objection(*worst));
       refit();
     }
@@ -203,14 +206,16 @@ GroupResult refine(const TransferFunction& tf, const ModeGroup& group, const std
                    const std::vector<Mode>& start, const PoleFitOptions& options, bool search,
                    std::vector<Pole>& failed) {
   const LineBand band = band_of(tf);
-  GroupResult result =
-      GroupRefiner(lines_of(tf, group, options.damping), group, start, options, failed).run(search);
-  if (group.target.empty() || !search) return result;
+  const auto refined_in = [&](const ModeGroup& window) {
+    return GroupRefiner(lines_of(tf, window, options.damping), window, start, options, failed).run(search);
+  };
+  if (!search) return refined_in(with_window(group, modes, band, first_window));
+  GroupResult result = refined_in(group);
+  if (group.target.empty()) return result;
   for (const double bandwidths : narrower_windows) {
     // What was found in the wider window is taken up in the next round.
     if (result.changed || (result.lack < lack_of_fit && result.line_correlation < structured)) break;
-    const ModeGroup narrow = with_window(group, modes, band, bandwidths);
-    result = GroupRefiner(lines_of(tf, narrow, options.damping), narrow, start, options, failed).run(search);
+    result = refined_in(with_window(group, modes, band, bandwidths));
   }
   return result;
 }
@@ -264,6 +269,7 @@ BandFit fit_band(const TransferFunction& tf, const std::vector<Mode>& start, con
   fit_options.damping = options.damping;
   fit_options.sigma_known = options.sigma_known;
   fit_options.max_iterations = most_iterations;
+  fit_options.tolerance = tolerance;
   std::vector<Done> searched;
   for (int round = 0; round < most_rounds; ++round) {
     std::vector<Mode> modes;

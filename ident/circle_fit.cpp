@@ -18,6 +18,7 @@ namespace struna::ident {
 namespace {
 
 using Complex = std::complex<double>;
+constexpr int most_iterations = 30;  // a circle with its angles settles in ten
 
 // Distances from a circle (centre x, y, radius), weighted, for Ceres' small-problem solver.
 struct GeometricMisfit {
@@ -231,6 +232,7 @@ Mode fit_circle(const TransferFunction& circle_form_tf, double start_hz, double 
   fit_options.residual = options.linear_residual ? ResidualTerms::linear : ResidualTerms::constant;
   fit_options.conjugate_term = false;
   fit_options.sigma_known = sigma_known;
+  fit_options.max_iterations = most_iterations;
   const PoleFit fit = fit_poles(window, {start}, fit_options);
 
   Mode mode = to_mode(fit, 0, options.damping);

@@ -11,7 +11,7 @@ constexpr std::size_t largest_group = 6;
 constexpr double apart = 4.0;  // bandwidths: nearer modes are fitted as one group
 // A window's bandwidths either side, which with three residual terms cost a tenth of the accuracy, and its
 // lines.
-constexpr double window_bandwidths = 15.0, least_lines = 15.0, most_lines = 2000.0;
+constexpr double window_bandwidths = 15.0, least_lines = 15.0, most_lines = 1000.0;
 constexpr double core_bandwidths = 3.0;   // of a neighbour that must not be cut by a window's end
 constexpr double beyond = 1.3;            // times the band's end: farther out a pole is a trend, no neighbour
 constexpr double model_tolerance = 3e-4;  // of the largest magnitude in the window
@@ -110,8 +110,11 @@ std::vector<ModeGroup> group_modes(const std::vector<Mode>& modes, const LineBan
   const auto fill_to = [&](double to_hz) {
     const double pieces = std::ceil((to_hz - covered) / (most_lines * band.spacing_hz));
     const double length = (to_hz - covered) / std::max(1.0, pieces);
-    for (double lo = covered; to_hz - lo > 0.5 * length; lo += length)
-      groups.push_back({{}, {}, modes, {lo, lo + length}, {lo - 0.05 * length, lo + 1.05 * length}, 0, 0});
+    const double margin = std::max(0.05 * length, 0.5 * least_lines * band.spacing_hz);
+    for (double lo = covered; to_hz - lo > 0.5 * length; lo += length) {
+      const Span window{std::max(band.lo_hz, lo - margin), std::min(band.hi_hz, lo + length + margin)};
+      groups.push_back({{}, {}, modes, {lo, lo + length}, window, 0, 0});
+    }
     covered = std::max(covered, to_hz);
   };
   for (std::size_t c = 0; c + 1 < cuts.size() && !modes.empty(); ++c) {

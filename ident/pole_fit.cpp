@@ -8,14 +8,17 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <utility>
 
 #include "fem/error.hpp"
+#include "ident/line_blocks.hpp"
 
 namespace struna::ident {
 namespace {
 
 using Complex = std::complex<double>;
 constexpr double two_pi = 2.0 * std::numbers::pi;
+constexpr int least_iterations = 3;  // on all lines
 constexpr double smallest_loss_factor = 1e-7, largest_loss_factor = 1.5;
 
 long residual_count(ResidualTerms terms) {
@@ -338,6 +341,57 @@ void check(const TransferFunction& tf, const std::vector<Pole>& start) {
                               output.name, tf.lines(), output.value.size(), output.sigma.size()));
 }
 
+struct Outcome {
+  bool converged = false;
+  int iterations = 0;
+};
+
+// Levenberg-Marquardt from `state` until less than `tolerance` standard errors is to be gained. Where the
+// residual is large (the model lacks something), the true curvature is c times that of Gauss and Newton
+// and their steps overshoot to and fro, by c - 1 each. The decrease of such a step is 2 - c of the promised
+// one: half of what that lacks as damping brings either kind of direction home at a like rate.
+Outcome minimise(const Problem& problem, int max_iterations, double tolerance, State& state) {
+  constexpr double least_damping = 1e-4, damping_after_failure = 0.03;
+  double damping = least_damping;
+  for (int iteration = 0; iteration < max_iterations; ++iteration) {
+    const Step step = problem.step(state);
+    bool accepted = false;
+    while (!accepted && damping < 1e12) {
+      Eigen::MatrixXd lhs = step.hessian;
+      lhs.diagonal() *= 1.0 + damping;
+      const Eigen::VectorXd delta = lhs.ldlt().solve(step.gradient);
+      const double promise = delta.dot(step.gradient);
+      const double per_dof = state.chi_square / static_cast<double>(problem.degrees_of_freedom());
+      if (size_of(delta, state.poles) < 1e-12 || promise < tolerance * tolerance * per_dof)
+        return {true, iteration};
+      State trial = problem.evaluate(moved(state.poles, delta));
+      if (trial.chi_square < state.chi_square) {
+        const double kept = std::clamp((state.chi_square - trial.chi_square) / promise, 0.0, 1.0);
+        damping = std::max({least_damping, 0.1 * damping, 0.5 * (1.0 - kept)});
+        state = std::move(trial);
+        accepted = true;
+      } else {
+        if (promise < 1e-12 * state.chi_square) return {true, iteration};  // the decrease drowns in rounding
+        damping = std::max(damping_after_failure, 10.0 * damping);
+      }
+    }
+    if (!accepted) return {false, iteration};
+  }
+  return {false, max_iterations};
+}
+
+// Where many lines are worth few blocks, what fits these is the better start: poles, and iterations spent.
+std::pair<std::vector<Pole>, int> from_blocks(const TransferFunction& tf, const std::vector<Pole>& start,
+                                              const PoleFitOptions& options) {
+  const TransferFunction blocks = in_blocks(tf, start);
+  if (2 * blocks.lines() > tf.lines()) return {start, 0};
+  const Problem problem(blocks, static_cast<long>(start.size()), options);
+  if (problem.degrees_of_freedom() < 1) return {start, 0};
+  State state = problem.evaluate(start);
+  const Outcome outcome = minimise(problem, options.max_iterations, options.tolerance, state);
+  return {state.poles, outcome.converged ? 0 : outcome.iterations};
+}
+
 }  // namespace
 
 PoleFit fit_poles(const TransferFunction& tf, const std::vector<Pole>& start, const PoleFitOptions& options) {
@@ -347,41 +401,12 @@ PoleFit fit_poles(const TransferFunction& tf, const std::vector<Pole>& start, co
     throw Error(fmt::format(
         "fit_poles: {} modes in {} outputs need more lines than {}; widen the band or fit fewer modes",
         start.size(), tf.outputs.size(), tf.lines()));
-  State state = problem.evaluate(start);
-  if (start.empty()) return problem.finish(state, true);
-
-  bool converged = false;
-  double damping = 1e-4;
-  for (int iteration = 0; iteration < options.max_iterations && !converged; ++iteration) {
-    const Step step = problem.step(state);
-    bool accepted = false;
-    while (!accepted && damping < 1e12) {
-      Eigen::MatrixXd lhs = step.hessian;
-      lhs.diagonal() *= 1.0 + damping;
-      const Eigen::VectorXd delta = lhs.ldlt().solve(step.gradient);
-      const double promise = delta.dot(step.gradient);
-      // A thousandth of a standard error at most, or rounding: nothing more to gain.
-      const double per_dof = state.chi_square / static_cast<double>(problem.degrees_of_freedom());
-      if (size_of(delta, state.poles) < 1e-12 || promise < 1e-6 * per_dof) {
-        converged = true;
-        break;
-      }
-      State trial = problem.evaluate(moved(state.poles, delta));
-      if (trial.chi_square < state.chi_square) {
-        state = std::move(trial);
-        accepted = true;
-        damping = std::max(1e-12, damping * 0.1);
-      } else {
-        if (promise < 1e-12 * state.chi_square) {  // the decrease drowns in rounding
-          converged = true;
-          break;
-        }
-        damping *= 10.0;
-      }
-    }
-    if (!accepted) break;
-  }
-  return problem.finish(state, converged);
+  if (start.empty()) return problem.finish(problem.evaluate(start), true);
+  const auto [nearer, spent] = from_blocks(tf, start, options);
+  State state = problem.evaluate(nearer);
+  const int left = std::max(least_iterations, options.max_iterations - spent);
+  const Outcome outcome = minimise(problem, left, options.tolerance, state);
+  return problem.finish(state, outcome.converged);
 }
 
 Mode to_mode(const PoleFit& fit, long r, fem::Damping damping) {

@@ -22,6 +22,7 @@ struct PoleFitOptions {
   bool conjugate_term = true;  ///< viscous only: the pole's mirror image at negative frequency
   bool sigma_known = true;     ///< false: sigma gives weights only, the scatter gives the noise
   int max_iterations = 100;
+  double tolerance = 1e-3;  ///< standard errors that a last step may leave, about
 };
 
 struct PoleFit {
@@ -44,9 +45,9 @@ struct PoleFit {
 /// ln f and ln eta with the projected Jacobian (Golub & Pereyra, SIAM J. Numer. Anal. 10 (1973) 413; Kaufman,
 /// BIT 15 (1975) 49, who drops the part of the derivative that is second order in the residual). Normal
 /// equations give the step, the residual itself gives the gradient, so their squared condition number costs
-/// iterations, not digits. `tf` in circle form, each output with sigma. Covariance: inverse of the projected
-/// Hessian, times line_correlation, times chi_square per degree of freedom where that is above 1 or sigma is
-/// not known.
+/// iterations, not digits. Many lines are fitted in blocks (line_blocks.hpp) first. `tf` in circle form, each
+/// output with sigma. Covariance: inverse of the projected Hessian, times line_correlation, times chi_square
+/// per degree of freedom where that is above 1 or sigma is not known.
 PoleFit fit_poles(const TransferFunction& tf, const std::vector<Pole>& start, const PoleFitOptions& options);
 
 /// Pole r of a fit as a mode, without circles (their columns NaN); flag not_converged.

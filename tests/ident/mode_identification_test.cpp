@@ -24,18 +24,19 @@ using simulated::function_of;
 using simulated::lines;
 using simulated::SimulatedMode;
 
-// Errors of f and eta over their Cramer-Rao bounds (fit of all modes at the truth), pooled over modes and
-// seeds.
-struct Pooled {
+// Root mean square errors of f and eta over their Cramer-Rao bounds (fit of all modes at the truth): pooled
+// over modes and seeds, and of the worst mode.
+struct Errors {
   double frequency = 0.0;
   double loss_factor = 0.0;
+  double worst = 0.0;
 };
-Pooled pooled_errors(double level, bool with_sigma, unsigned seeds) {
+Errors eight_mode_errors(double level, bool with_sigma, unsigned seeds) {
   const auto truth = eight_modes();
   std::vector<Pole> poles;
   for (const SimulatedMode& mode : truth) poles.push_back(mode.pole);
   const PoleFit bound = fit_poles(to_circle_form(eight_mode_set(level, 1), Damping::structural), poles, {});
-  Pooled pooled;
+  Eigen::ArrayX2d squares = Eigen::ArrayX2d::Zero(8, 2);
   for (unsigned seed = 1; seed <= seeds; ++seed) {
     TransferFunction tf = eight_mode_set(level, seed);
     if (!with_sigma)
@@ -44,33 +45,37 @@ Pooled pooled_errors(double level, bool with_sigma, unsigned seeds) {
     EXPECT_EQ(set.modes.size(), 8u) << "seed " << seed;  // none lost, none added
     if (set.modes.size() != 8u) continue;
     for (std::size_t r = 0; r < 8; ++r) {
-      const long i = 2 * static_cast<long>(r);
+      const long i = static_cast<long>(r);
       const Mode& mode = set.modes[r];
-      pooled.frequency +=
-          std::pow(mode.natural_frequency_hz - poles[r].natural_frequency_hz, 2.0) / bound.covariance(i, i);
-      pooled.loss_factor +=
-          std::pow(mode.loss_factor - poles[r].loss_factor, 2.0) / bound.covariance(i + 1, i + 1);
+      squares(i, 0) += std::pow(mode.natural_frequency_hz - poles[r].natural_frequency_hz, 2.0) /
+                       bound.covariance(2 * i, 2 * i);
+      squares(i, 1) +=
+          std::pow(mode.loss_factor - poles[r].loss_factor, 2.0) / bound.covariance(2 * i + 1, 2 * i + 1);
       EXPECT_FALSE(mode.has(ModeFlag::close_modes));
       EXPECT_FALSE(mode.has(ModeFlag::double_mode));
       EXPECT_FALSE(mode.has(ModeFlag::not_converged));
     }
   }
-  return {std::sqrt(pooled.frequency / (8.0 * seeds)), std::sqrt(pooled.loss_factor / (8.0 * seeds))};
+  squares /= static_cast<double>(seeds);
+  return {std::sqrt(squares.col(0).mean()), std::sqrt(squares.col(1).mean()), std::sqrt(squares.maxCoeff())};
 }
 
-// Windows and residual terms of the groups cost some 8 %; 80 values scatter by as much.
+// Windows and residual terms of the groups cost some 8 %; the 320 values scatter by 4 %, the 40 of one mode
+// by 11 %.
 TEST(ModeIdentification, EightModesAreFoundNearTheCramerRaoBoundAtOnePercentNoise) {
-  const Pooled error = pooled_errors(0.01, true, 10);
+  const Errors error = eight_mode_errors(0.01, true, 40);
   EXPECT_LT(error.frequency, 1.2);
   EXPECT_LT(error.loss_factor, 1.2);
+  EXPECT_LT(error.worst, 1.5);
 }
 TEST(ModeIdentification, EightModesAreFoundNearTheCramerRaoBoundAtFivePercentNoise) {
-  const Pooled error = pooled_errors(0.05, true, 10);
+  const Errors error = eight_mode_errors(0.05, true, 40);
   EXPECT_LT(error.frequency, 1.2);
   EXPECT_LT(error.loss_factor, 1.2);
+  EXPECT_LT(error.worst, 1.5);
 }
 TEST(ModeIdentification, EightModesAreFoundWithoutSigmaToo) {
-  const Pooled error = pooled_errors(0.01, false, 5);
+  const Errors error = eight_mode_errors(0.01, false, 10);
   EXPECT_LT(error.frequency, 1.3);
   EXPECT_LT(error.loss_factor, 1.3);
 }
