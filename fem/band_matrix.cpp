@@ -40,58 +40,93 @@ BandMatrix submatrix(const BandMatrix& a, const std::vector<int>& dof) {
   return part;
 }
 
+Eigen::VectorXd multiply_sparse(const BandMatrix& a, const Eigen::VectorXd& x) {
+  Eigen::VectorXd y = Eigen::VectorXd::Zero(x.size());
+  for (int j = 0; j < a.size(); ++j) {
+    if (x(j) == 0.0) continue;
+    const int last = std::min(j + a.half_bandwidth(), a.size() - 1);
+    for (int i = std::max(0, j - a.half_bandwidth()); i <= last; ++i) y(i) += a.at(i, j) * x(j);
+  }
+  return y;
+}
+
 namespace {
 
-using Lane = Eigen::Array<double, ComplexBandSolver::lanes, 1>;
-
+template <int lanes>
 struct Complex {
+  using Lane = Eigen::Array<double, lanes, 1>;
   Lane re;
   Lane im;
+
+  Complex() = default;
+  Complex(const Lane& real, const Lane& imaginary) : re(real), im(imaginary) {}
+  explicit Complex(const std::array<std::complex<double>, lanes>& scales) {
+    for (int lane = 0; lane < lanes; ++lane) {
+      re(lane) = scales[static_cast<std::size_t>(lane)].real();
+      im(lane) = scales[static_cast<std::size_t>(lane)].imag();
+    }
+  }
+  /// Entry i of a vector.
+  template <class Vectors>
+  Complex(const Vectors& v, long i) : re(v.re.col(i)), im(v.im.col(i)) {}
+
+  template <class Vectors>
+  void store(Vectors& v, long i) const {
+    v.re.col(i) = re;
+    v.im.col(i) = im;
+  }
 };
 
-Complex load(const ComplexBandSolver::Vectors& v, long i) {
-  return {v.re.col(i), v.im.col(i)};
-}
-
-/// v(i) -= a b.
-void subtract_product(ComplexBandSolver::Vectors& v, long i, const Complex& a, const Complex& b) {
-  v.re.col(i) -= a.re * b.re - a.im * b.im;
-  v.im.col(i) -= a.re * b.im + a.im * b.re;
-}
-
-Complex product(const Complex& a, const Complex& b) {
+template <int lanes>
+Complex<lanes> operator*(const Complex<lanes>& a, const Complex<lanes>& b) {
   return {a.re * b.re - a.im * b.im, a.re * b.im + a.im * b.re};
 }
 
-void store(ComplexBandSolver::Vectors& v, long i, const Complex& value) {
-  v.re.col(i) = value.re;
-  v.im.col(i) = value.im;
+/// v(target + i) -= a b(source + i), i = 0..count - 1; the two ranges are apart.
+template <int lanes, class Vectors>
+void subtract_multiple(Vectors& v, long target, const Complex<lanes>& a, const Vectors& b, long source,
+                       long count) {
+  if constexpr (lanes == 1) {
+    const auto re = b.re.middleCols(source, count);
+    const auto im = b.im.middleCols(source, count);
+    v.re.middleCols(target, count) -= a.re(0) * re - a.im(0) * im;
+    v.im.middleCols(target, count) -= a.re(0) * im + a.im(0) * re;
+  } else {
+    for (long i = 0; i < count; ++i) {
+      v.re.col(target + i) -= a.re * b.re.col(source + i) - a.im * b.im.col(source + i);
+      v.im.col(target + i) -= a.re * b.im.col(source + i) + a.im * b.re.col(source + i);
+    }
+  }
 }
 
-Complex scale(const ComplexBandSolver::Scales& scales) {
-  Complex s;
-  for (int lane = 0; lane < ComplexBandSolver::lanes; ++lane) {
-    s.re(lane) = scales[static_cast<std::size_t>(lane)].real();
-    s.im(lane) = scales[static_cast<std::size_t>(lane)].imag();
+/// Sum of a(first + i) b(second + i), i = 0..count - 1.
+template <int lanes, class Vectors>
+Complex<lanes> product_sum(const Vectors& a, long first, const Vectors& b, long second, long count) {
+  Complex<lanes> sum(Complex<lanes>::Lane::Zero(), Complex<lanes>::Lane::Zero());
+  for (long i = 0; i < count; ++i) {
+    sum.re += a.re.col(first + i) * b.re.col(second + i) - a.im.col(first + i) * b.im.col(second + i);
+    sum.im += a.re.col(first + i) * b.im.col(second + i) + a.im.col(first + i) * b.re.col(second + i);
   }
-  return s;
+  return sum;
 }
 
 }  // namespace
 
-ComplexBandSolver::ComplexBandSolver(const BandMatrix& stiffness, const BandMatrix& mass)
+template <int lanes>
+ComplexBandSolver<lanes>::ComplexBandSolver(const BandMatrix& stiffness, const BandMatrix& mass)
     : stiffness_(stiffness), mass_(mass) {
   const long n = stiffness.lower.cols();
   const long height = stiffness.lower.rows();
-  factor_ = {Lanes::Zero(lanes, n * height), Lanes::Zero(lanes, n * height)};
-  inverse_ = {Lanes::Zero(lanes, n), Lanes::Zero(lanes, n)};
+  factor_ = {Lanes(lanes, n * height), Lanes(lanes, n * height)};
+  inverse_ = {Lanes(lanes, n), Lanes(lanes, n)};
 }
 
-int ComplexBandSolver::factorise(const Scales& stiffness_scale, const Scales& mass_scale) {
+template <int lanes>
+int ComplexBandSolver<lanes>::factorise(const Scales& stiffness_scale, const Scales& mass_scale) {
   stiffness_scale_ = stiffness_scale;
   mass_scale_ = mass_scale;
-  const Complex s_k = scale(stiffness_scale);
-  const Complex s_m = scale(mass_scale);
+  const Complex<lanes> s_k(stiffness_scale);
+  const Complex<lanes> s_m(mass_scale);
   const long entries = stiffness_.lower.size();
   for (long i = 0; i < entries; ++i) {
     const double k = stiffness_.lower.data()[i];
@@ -103,60 +138,66 @@ int ComplexBandSolver::factorise(const Scales& stiffness_scale, const Scales& ma
   const long height = stiffness_.lower.rows();
   for (long j = 0; j < n; ++j) {
     const long column = j * height;
-    const Complex pivot = load(factor_, column);
-    const Lane size = pivot.re.square() + pivot.im.square();
+    const Complex<lanes> pivot(factor_, column);
+    const auto size = (pivot.re.square() + pivot.im.square()).eval();
     for (int lane = 0; lane < lanes; ++lane) {
       if (!(size(lane) > 0.0) || !std::isfinite(size(lane))) return lane;
     }
-    const Complex inverse{pivot.re / size, -pivot.im / size};
-    store(inverse_, j, inverse);
+    const Complex<lanes> inverse(pivot.re / size, -pivot.im / size);
+    inverse.store(inverse_, j);
     const long below = std::min(height - 1, n - 1 - j);
     for (long k = 1; k <= below; ++k) {
-      const Complex l = product(load(factor_, column + k), inverse);
-      const long target = (j + k) * height - k;
-      for (long i = k; i <= below; ++i) subtract_product(factor_, target + i, l, load(factor_, column + i));
+      const Complex<lanes> l = Complex<lanes>(factor_, column + k) * inverse;
+      subtract_multiple(factor_, (j + k) * height, l, factor_, column + k, below - k + 1);
       // Entries above k in this column are not needed unscaled any more.
-      store(factor_, column + k, l);
+      l.store(factor_, column + k);
     }
   }
   return -1;
 }
 
-void ComplexBandSolver::substitute(Vectors& b) const {
+template <int lanes>
+void ComplexBandSolver<lanes>::substitute(Vectors& b) const {
   const long n = stiffness_.lower.cols();
   const long height = stiffness_.lower.rows();
   for (long j = 0; j < n; ++j) {
-    const Complex value = load(b, j);
-    const long below = std::min(height - 1, n - 1 - j);
-    for (long k = 1; k <= below; ++k) subtract_product(b, j + k, load(factor_, j * height + k), value);
-    store(b, j, product(value, load(inverse_, j)));
+    const Complex<lanes> value(b, j);
+    subtract_multiple(b, j + 1, value, factor_, j * height + 1, std::min(height - 1, n - 1 - j));
+    (value * Complex<lanes>(inverse_, j)).store(b, j);
   }
   for (long j = n - 1; j >= 0; --j) {
-    const long below = std::min(height - 1, n - 1 - j);
-    for (long k = 1; k <= below; ++k) subtract_product(b, j, load(factor_, j * height + k), load(b, j + k));
+    const Complex<lanes> known =
+        product_sum<lanes>(factor_, j * height + 1, b, j + 1, std::min(height - 1, n - 1 - j));
+    b.re.col(j) -= known.re;
+    b.im.col(j) -= known.im;
   }
 }
 
-ComplexBandSolver::Vectors ComplexBandSolver::residual(const Vectors& b, const Vectors& x) const {
-  const Complex s_k = scale(stiffness_scale_);
-  const Complex s_m = scale(mass_scale_);
+template <int lanes>
+typename ComplexBandSolver<lanes>::Vectors ComplexBandSolver<lanes>::residual(const Vectors& b,
+                                                                              const Vectors& x) const {
+  const Complex<lanes> s_k(stiffness_scale_);
+  const Complex<lanes> s_m(mass_scale_);
   const long n = stiffness_.lower.cols();
   const long height = stiffness_.lower.rows();
   Vectors r = b;
+  Vectors column{Lanes(lanes, height), Lanes(lanes, height)};
   for (long j = 0; j < n; ++j) {
-    const Complex x_j = load(x, j);
-    for (long k = 0; k < height && j + k < n; ++k) {
-      const double stiffness = stiffness_.lower(k, j);
-      const double mass = mass_.lower(k, j);
-      const Complex a{s_k.re * stiffness + s_m.re * mass, s_k.im * stiffness + s_m.im * mass};
-      subtract_product(r, j + k, a, x_j);
-      if (k > 0) subtract_product(r, j, a, load(x, j + k));
+    const long below = std::min(height - 1, n - 1 - j);
+    for (long k = 0; k <= below; ++k) {
+      column.re.col(k) = s_k.re * stiffness_.lower(k, j) + s_m.re * mass_.lower(k, j);
+      column.im.col(k) = s_k.im * stiffness_.lower(k, j) + s_m.im * mass_.lower(k, j);
     }
+    subtract_multiple(r, j, Complex<lanes>(x, j), column, 0, below + 1);
+    const Complex<lanes> above = product_sum<lanes>(column, 1, x, j + 1, below);
+    r.re.col(j) -= above.re;
+    r.im.col(j) -= above.im;
   }
   return r;
 }
 
-void ComplexBandSolver::solve(Vectors& b, bool refine) const {
+template <int lanes>
+void ComplexBandSolver<lanes>::solve(Vectors& b, bool refine) const {
   Vectors x = b;
   substitute(x);
   if (refine) {
@@ -167,5 +208,8 @@ void ComplexBandSolver::solve(Vectors& b, bool refine) const {
   }
   b = std::move(x);
 }
+
+template class ComplexBandSolver<1>;
+template class ComplexBandSolver<4>;
 
 }  // namespace struna::fem

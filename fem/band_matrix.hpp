@@ -20,6 +20,8 @@ struct BandMatrix {
 
 /// y = A x for each column.
 Eigen::MatrixXd multiply(const BandMatrix& a, const Eigen::MatrixXd& x);
+/// A x for an x of few entries that are not zero: takes only their columns.
+Eigen::VectorXd multiply_sparse(const BandMatrix& a, const Eigen::VectorXd& x);
 
 /// The rows and columns `dof` (increasing) of A.
 BandMatrix submatrix(const BandMatrix& a, const std::vector<int>& dof);
@@ -29,14 +31,15 @@ BandMatrix submatrix(const BandMatrix& a, const std::vector<int>& dof);
 /// Without damping a leading block can be near-singular; solve() then refines once, and a pivot of zero is
 /// reported.
 ///
-/// Works on `lanes` frequencies at a time, the innermost index in memory: the loops over lanes are what the
-/// compiler turns into vector instructions on any machine. Real and imaginary parts are kept apart for the
+/// Works on `lanes` frequencies at a time, 1 or 4. With four they are the innermost index in memory, and the
+/// loops over them are what the compiler turns into vector instructions on any machine; a single frequency
+/// runs its vector instructions down the columns of the band. Real and imaginary parts are kept apart for the
 /// same reason.
+template <int lanes>
 class ComplexBandSolver {
  public:
-  static constexpr int lanes = 4;
   using Scales = std::array<std::complex<double>, lanes>;
-  using Lanes = Eigen::Array<double, lanes, Eigen::Dynamic>;
+  using Lanes = Eigen::Array<double, lanes, Eigen::Dynamic, lanes == 1 ? Eigen::RowMajor : Eigen::ColMajor>;
   /// A vector per lane.
   struct Vectors {
     Lanes re;
@@ -65,5 +68,8 @@ class ComplexBandSolver {
   Vectors factor_;   ///< L below the diagonal; column (j * (half bandwidth + 1) + k) is entry (j + k, j)
   Vectors inverse_;  ///< 1/D
 };
+
+extern template class ComplexBandSolver<1>;
+extern template class ComplexBandSolver<4>;
 
 }  // namespace struna::fem

@@ -46,8 +46,8 @@ struct Functional {
 
   void complete(const Model& model) {
     if (!at_support) return;
-    k = multiply(model.stiffness, vector);
-    m = multiply(model.mass, vector);
+    k = multiply_sparse(model.stiffness, vector);
+    m = multiply_sparse(model.mass, vector);
   }
 };
 
@@ -129,7 +129,8 @@ class Problem {
   long output_count() const { return static_cast<long>(outputs_.size()); }
 
   /// The right-hand side of one lane.
-  void load(const DynamicScales& scales, int lane, ComplexBandSolver::Vectors& b) const {
+  template <class Vectors>
+  void load(const DynamicScales& scales, int lane, Vectors& b) const {
     for (long i = 0; i < mass_.lower.cols(); ++i) {
       const Complex value = drive_load_.size() > 0
                                 ? Complex(drive_load_(i))
@@ -140,8 +141,8 @@ class Problem {
   }
 
   /// Output over drive from one lane's solution.
-  Complex response(long index, const DynamicScales& scales, int lane,
-                   const ComplexBandSolver::Vectors& x) const {
+  template <class Vectors>
+  Complex response(long index, const DynamicScales& scales, int lane, const Vectors& x) const {
     const Output& out = outputs_[static_cast<std::size_t>(index)];
     const auto along = [&](const VectorXd& weight) {
       return Complex(x.re.row(lane).matrix().dot(weight), x.im.row(lane).matrix().dot(weight));
@@ -197,20 +198,21 @@ void check_frequencies(const VectorXd& frequency_hz) {
   }
 }
 
-Eigen::MatrixXcd solve_lines(const Model& model, const Drive& drive, const Measurement& measurement,
-                             const VectorXd& frequency_hz, Damping damping) {
-  constexpr int lanes = ComplexBandSolver::lanes;
-  const Problem problem(model, drive, measurement);
-  ComplexBandSolver solver(problem.stiffness(), problem.mass());
+/// The lines, `lanes` of them at a time.
+template <int lanes>
+Eigen::MatrixXcd solve_lines(const Problem& problem, const Model& model, const VectorXd& frequency_hz,
+                             Damping damping) {
+  using Solver = ComplexBandSolver<lanes>;
+  Solver solver(problem.stiffness(), problem.mass());
   const long lines = frequency_hz.size();
   const long unknowns = problem.mass().lower.cols();
-  ComplexBandSolver::Vectors x{ComplexBandSolver::Lanes(lanes, unknowns),
-                               ComplexBandSolver::Lanes(lanes, unknowns)};
+  typename Solver::Vectors x{typename Solver::Lanes(lanes, unknowns),
+                             typename Solver::Lanes(lanes, unknowns)};
   Eigen::MatrixXcd response(lines, problem.output_count());
   for (long first = 0; first < lines; first += lanes) {
     std::array<DynamicScales, lanes> scales;
-    ComplexBandSolver::Scales stiffness_scale;
-    ComplexBandSolver::Scales mass_scale;
+    typename Solver::Scales stiffness_scale;
+    typename Solver::Scales mass_scale;
     bool undamped = false;
     for (std::size_t lane = 0; lane < lanes; ++lane) {
       // The last batch is filled up with the last line.
@@ -237,6 +239,14 @@ Eigen::MatrixXcd solve_lines(const Model& model, const Drive& drive, const Measu
   return response;
 }
 
+Eigen::MatrixXcd solve(const Model& model, const Drive& drive, const Measurement& measurement,
+                       const VectorXd& frequency_hz, Damping damping) {
+  const Problem problem(model, drive, measurement);
+  // A line alone would leave three of four lanes idle.
+  return frequency_hz.size() == 1 ? solve_lines<1>(problem, model, frequency_hz, damping)
+                                  : solve_lines<4>(problem, model, frequency_hz, damping);
+}
+
 }  // namespace
 
 HarmonicResponse harmonic_response(const Model& model, const Drive& drive, const Measurement& measurement,
@@ -247,12 +257,11 @@ HarmonicResponse harmonic_response(const Model& model, const Drive& drive, const
     throw Error(
         fmt::format("harmonic_response: body '{}' has no free dof; use more elements", model.body.name));
   }
-  HarmonicResponse result{
-      frequency_hz, solve_lines(model, drive, measurement, frequency_hz, options.damping), {}};
+  HarmonicResponse result{frequency_hz, solve(model, drive, measurement, frequency_hz, options.damping), {}};
   if (options.estimate_mesh_error) {
     const int elements = static_cast<int>(model.arc_length.size()) - 1;
     const Eigen::MatrixXcd finer =
-        solve_lines(assemble(model.body, 2 * elements), drive, measurement, frequency_hz, options.damping);
+        solve(assemble(model.body, 2 * elements), drive, measurement, frequency_hz, options.damping);
     // The error falls as h^4: coarse - fine = (1 - 1/16) of the coarse one's.
     result.mesh_error = 16.0 / 15.0 * (result.response - finer).cwiseAbs();
   }
