@@ -264,11 +264,7 @@ EnergyLedger ModalStepper::State::energy() const {
     energy.strain += 0.5 * point_force_.dot(system_.static_flexibility * point_force_);
   }
   energy.contact_stored = 0.0;
-  for (int i = 0; i < point_count(); ++i) {
-    if (transmits(phase_[i])) {
-      energy.contact_stored += 0.5 * points_[i].law.stiffness * now_.penetration[i] * now_.penetration[i];
-    }
-  }
+  for (int i = 0; i < point_count(); ++i) energy.contact_stored += stored_energy(i);
   return energy;
 }
 

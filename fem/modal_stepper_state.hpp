@@ -89,6 +89,7 @@ class ModalStepper::State {
   double locate(double step, PathEvent& event, int& point, double target);
   void fire(int point, ContactEvent::Kind kind);
   void fire_due(double step);
+  double stored_energy(int point) const;
   void strike(int point, double approach_speed);
   void check_resolved(int point) const;
   bool in_contact() const;

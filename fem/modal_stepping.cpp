@@ -69,9 +69,7 @@ void ModalStepper::State::fire(int point, ContactEvent::Kind kind) {
   const double speed = rate(now_, point);
   ContactEvent event{time_, point, kind, speed};
   ++report_.events;
-  const double stored = contact_energy(law, now_.penetration[point]);
-  if (kind == ContactEvent::Kind::force_ends) energy_.contact_dissipated += stored;
-  if (kind == ContactEvent::Kind::force_resumes) energy_.contact_dissipated -= stored;
+  const double stored = stored_energy(point);
   const bool lasting = time_ - last_impact_[point] < control_.shortest_flight();
   if (kind == ContactEvent::Kind::touch && law.kind == ContactLaw::hard_stop && speed > 0.0 && !lasting) {
     event.kind = ContactEvent::Kind::impact;
@@ -80,11 +78,19 @@ void ModalStepper::State::fire(int point, ContactEvent::Kind kind) {
   } else {
     phase_[point] = phase_after(kind, law, speed);
   }
+  // A spring that stops acting takes what it holds along (and brings it back when the force resumes); at
+  // touch and opening that is the rounding of the event's place.
+  energy_.contact_dissipated += stored - stored_energy(point);
   if (kind == ContactEvent::Kind::touch) {
     check_resolved(point);
     control_.restart_contact();
   }
   if (options_.keep_events) events_.push_back(event);
+}
+
+double ModalStepper::State::stored_energy(int point) const {
+  if (!transmits(phase_[point])) return 0.0;
+  return 0.5 * points_[point].law.stiffness * now_.penetration[point] * now_.penetration[point];
 }
 
 /// A contact so stiff that it swings within the time to which its touch is known would return a wrong speed.

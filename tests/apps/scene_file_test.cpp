@@ -162,6 +162,21 @@ directions = ["y"]
   EXPECT_THAT(scene.measurement->names, ElementsAre("velocity_y"));
 }
 
+TEST(SceneFile, ReadsEveryContactLaw) {
+  const std::pair<std::string, fem::ContactLaw> laws[] = {{"approach", fem::ContactLaw::approach},
+                                                          {"no_adhesion", fem::ContactLaw::no_adhesion},
+                                                          {"hunt_crossley", fem::ContactLaw::hunt_crossley},
+                                                          {"hard_stop", fem::ContactLaw::hard_stop}};
+  const std::string contact =
+      "[[contact]]\ninside = \"wire\"\noutside = \"band\"\ngap = 1e-4\nstiffness = 1e5\n";
+  for (const auto& [word, law] : laws) {
+    EXPECT_EQ(scene_of(body_text + band_text + contact + "law = \"" + word + "\"\n").contacts[0].law, law);
+  }
+  const fem::Scene stop =
+      scene_of(body_text + band_text + contact + "law = \"hard_stop\"\nrestitution = 0.4\n");
+  EXPECT_EQ(stop.contacts[0].restitution, 0.4);
+}
+
 TEST(SceneFile, ReadsContactAndSimulation) {
   const fem::Scene scene = scene_of(body_text + band_text + R"([[contact]]
 inside = "wire"
@@ -338,6 +353,12 @@ TEST(SceneFile, RefusesWhatIsWrongInDriveMeasurementAndContact) {
       {contact + "gap = -1e-4\n", "s.toml:17: contact.gap must be >= 0, got -0.0001"},
       {contact + "gap = 1e-4\nlaw = \"sticky\"\n",
        "s.toml:18: contact.law must be one of approach, no_adhesion"},
+      {contact + "gap = 1e-4\nlaw = \"hard_stop\"\nrestitution = 1.5\n",
+       "s.toml:19: contact.restitution must be between 0 and 1"},
+      {contact + "gap = 1e-4\nlaw = \"hard_stop\"\nrestitution = -0.1\n",
+       "s.toml:19: contact.restitution must be >= 0"},
+      {contact + "gap = 1e-4\nrestitution = 0.5\n",
+       "s.toml:18: contact.restitution belongs to law = \"hard_stop\""},
       {contact + "gap = 1e-4\ndamping = -1\n", "s.toml:18: contact.damping must be >= 0"},
       {contact + "gap = 1e-4\nfriction = 1\n", "s.toml:18: contact.friction is not a known key"},
       {"[[contact]]\ninside = \"wire\"\noutside = \"wire\"\n",
