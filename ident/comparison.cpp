@@ -9,13 +9,17 @@
 
 #include "fem/error.hpp"
 #include "ident/atomic_file.hpp"
+#include "ident/noise_floor.hpp"
 
 namespace struna::ident {
 namespace {
 
 using Output = TransferFunction::Output;
 
+// A peak stands by both above the higher saddle beside it: noise of standard deviation sigma alone, on lines
+// without signal, tops out near 4 sigma and falls to nothing.
 constexpr double peak_prominence_db = 6.0;
+constexpr double peak_prominence_sigma = 5.0;  // of the top's and the saddle's together
 
 double decibel(double ratio) {
   return 20.0 * std::log10(ratio);
@@ -36,7 +40,7 @@ TransferFunction predicted_alone(const TransferFunction& predicted, const Output
     return convert(alone, measured.kind);
   } catch (const Error& error) {
     throw Error(fmt::format("compare: {}: measured as {}, predicted as {}: {}", output.name,
-                            to_string(measured.kind), to_string(output.kind), error.what()));
+                            to_string(measured.kind), to_string(output.kind), error.reason()));
   }
 }
 
@@ -62,24 +66,33 @@ struct Peak {
   double level_db = 0.0;
 };
 
-/// Height of the maximum at k above the higher of the saddles that part it from higher ground (or from the
-/// end).
-double prominence(const Eigen::VectorXd& level, Eigen::Index k) {
-  double left = level[k];
-  for (Eigen::Index i = k - 1; i >= 0 && level[i] <= level[k]; --i) left = std::min(left, level[i]);
-  double right = level[k];
-  for (Eigen::Index i = k + 1; i < level.size() && level[i] <= level[k]; ++i)
-    right = std::min(right, level[i]);
-  return level[k] - std::max(left, right);
+/// The line of the higher of the two saddles that part the maximum at k from higher ground (or from the end).
+Eigen::Index higher_saddle(const Eigen::VectorXd& level, Eigen::Index k) {
+  const auto lowest = [&](Eigen::Index step) {
+    Eigen::Index saddle = k;
+    for (Eigen::Index i = k + step; i >= 0 && i < level.size() && level[i] <= level[k]; i += step) {
+      if (level[i] < level[saddle]) saddle = i;
+    }
+    return saddle;
+  };
+  const Eigen::Index left = lowest(-1);
+  const Eigen::Index right = lowest(1);
+  return level[left] > level[right] ? left : right;
 }
 
-/// Peaks with their tops from the parabola through three lines [dB].
-std::vector<Peak> find_peaks(const Eigen::VectorXd& f, const Eigen::VectorXcd& value) {
+/// Peaks with their tops from the parabola through three lines [dB]. With `sigma`, only those that fall to
+/// the saddle by more than noise would.
+std::vector<Peak> find_peaks(const Eigen::VectorXd& f, const Eigen::VectorXcd& value,
+                             const Eigen::VectorXd& sigma = {}) {
   std::vector<Peak> peaks;
-  const Eigen::VectorXd level = value.cwiseAbs().unaryExpr(&decibel);
+  const Eigen::VectorXd magnitude = value.cwiseAbs();
+  const Eigen::VectorXd level = magnitude.unaryExpr(&decibel);
   for (Eigen::Index k = 1; k + 1 < level.size(); ++k) {
     if (!(level[k] > level[k - 1] && level[k] >= level[k + 1])) continue;
-    if (prominence(level, k) < peak_prominence_db) continue;
+    const Eigen::Index saddle = higher_saddle(level, k);
+    if (level[k] - level[saddle] < peak_prominence_db) continue;
+    const double noise = sigma.size() > 0 ? sigma[k] + sigma[saddle] : 0.0;
+    if (magnitude[k] - magnitude[saddle] < peak_prominence_sigma * noise) continue;
     const double curvature = level[k - 1] - 2.0 * level[k] + level[k + 1];
     const double half_slope = 0.5 * (level[k + 1] - level[k - 1]);
     const bool finite = std::isfinite(curvature) && curvature < 0.0;
@@ -120,6 +133,8 @@ OutputComparison compare_output(const Eigen::VectorXd& f, const Output& measured
   result.kind = measured.kind;
   result.lines = f.size();
   result.frac = frac(measured.value, predicted);
+  result.noise_share = std::min(1.0, 2.0 * measured.sigma.squaredNorm() / measured.value.squaredNorm());
+  result.measured_rms = std::sqrt(measured.value.squaredNorm() / static_cast<double>(f.size()));
   double sum = 0.0;
   double squares = 0.0;
   double count = 0.0;
@@ -136,7 +151,7 @@ OutputComparison compare_output(const Eigen::VectorXd& f, const Output& measured
   result.mean_db = sum / count;
   result.log_magnitude_error_db = std::sqrt(squares / count);
   if (count == 0.0) result.largest_db = std::numeric_limits<double>::quiet_NaN();
-  result.peaks = compare_peaks(find_peaks(f, measured.value), find_peaks(f, predicted));
+  result.peaks = compare_peaks(find_peaks(f, measured.value, measured.sigma), find_peaks(f, predicted));
   return result;
 }
 
@@ -201,7 +216,7 @@ Comparison compare(const TransferFunction& measured, const TransferFunction& pre
     const TransferFunction alone = predicted_alone(predicted, *find(output->name), *output);
     TransferFunction lines = measured;
     lines.outputs = {*output};
-    lines = restrict_band(lines, std::max(lo, alone.frequency_hz[0]), hi);
+    lines = with_noise_floor(restrict_band(lines, std::max(lo, alone.frequency_hz[0]), hi));
     Eigen::VectorXcd values(lines.lines());
     for (Eigen::Index i = 0; i < values.size(); ++i) values[i] = interpolate(alone, lines.frequency_hz[i]);
     comparison.outputs.push_back(compare_output(lines.frequency_hz, lines.outputs.front(), values));
@@ -209,6 +224,21 @@ Comparison compare(const TransferFunction& measured, const TransferFunction& pre
     comparison.hi_hz = lines.frequency_hz[lines.lines() - 1];
   }
   return comparison;
+}
+
+bool is_defined(const OutputComparison& output) {
+  return std::isfinite(output.frac) && std::isfinite(output.log_magnitude_error_db);
+}
+
+double mean_level_error_db(const Comparison& comparison) {
+  double sum = 0.0;
+  double count = 0.0;
+  for (const OutputComparison& output : comparison.outputs) {
+    if (!is_defined(output)) continue;
+    sum += output.log_magnitude_error_db;
+    count += 1.0;
+  }
+  return count > 0.0 ? sum / count : std::numeric_limits<double>::quiet_NaN();
 }
 
 double peak_frequency_error(const OutputComparison& output) {

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <fstream>
 #include <numbers>
+#include <random>
 #include <sstream>
 
 #include "fem/error.hpp"
@@ -84,6 +85,54 @@ TEST(Comparison, PeaksShiftWithTheResonances) {
     // Parabola through lines a tenth of a hertz apart, on peaks of 2 and 6 Hz width.
     EXPECT_NEAR(peak.predicted_hz / peak.measured_hz, 1.01, 2e-4);
   }
+}
+
+/// two_modes with complex noise of standard deviation sigma in either part, told or not.
+TransferFunction noisy_modes(double sigma, bool told, unsigned seed) {
+  TransferFunction tf = two_modes(2001, 10.0, 210.0);
+  std::mt19937 random(seed);
+  std::normal_distribution<double> normal(0.0, sigma);
+  for (auto& value : tf.outputs[0].value) value += complex<double>(normal(random), normal(random));
+  if (told) tf.outputs[0].sigma = Eigen::VectorXd::Constant(2001, sigma);
+  return tf;
+}
+
+TEST(Comparison, NoiseIsNoPeak) {
+  // The peaks are 3 and 0.6 high; a noise of 0.03 buries all that lies between and beside them.
+  for (const bool told : {true, false}) {
+    for (unsigned seed = 1; seed <= 10; ++seed) {
+      const Comparison c = compare(noisy_modes(0.03, told, seed), two_modes(2001, 10.0, 210.0));
+      ASSERT_EQ(c.outputs[0].peaks.size(), 2u) << "seed " << seed << (told ? "" : ", sigma not told");
+      // The top of noisy lines lies within a quarter of the bandwidths, 2 and 6 Hz.
+      EXPECT_NEAR(c.outputs[0].peaks[0].measured_hz, 50.0, 0.5);
+      EXPECT_NEAR(c.outputs[0].peaks[1].measured_hz, 150.0, 1.5);
+    }
+  }
+}
+
+TEST(Comparison, NoiseShareIsWhatFracLacks) {
+  const TransferFunction truth = two_modes(2001, 10.0, 210.0);
+  const Comparison c = compare(noisy_modes(0.1, true, 3), truth);
+  EXPECT_GT(c.outputs[0].noise_share, 0.05);
+  // 2001 lines: the noise power scatters by 1/sqrt(2001), 2 %; the cross terms of signal and noise add as
+  // much.
+  EXPECT_NEAR(1.0 - c.outputs[0].frac, c.outputs[0].noise_share, 0.1 * c.outputs[0].noise_share);
+  EXPECT_NEAR(c.outputs[0].measured_rms, std::sqrt(truth.outputs[0].value.squaredNorm() / 2001 + 0.02), 0.01);
+}
+
+TEST(Comparison, OutputsThatAreNotDefinedTakeNoPartInTheMean) {
+  TransferFunction measured = two_modes(401, 10.0, 210.0);
+  measured.outputs.push_back(measured.outputs[0]);
+  measured.outputs[1].name = "force_z";
+  TransferFunction predicted = two_modes(401, 10.0, 210.0, 1.0, 2.0);
+  predicted.outputs.push_back(predicted.outputs[0]);
+  predicted.outputs[1].name = "force_z";
+  predicted.outputs[1].value.setZero();
+  const Comparison c = compare(measured, predicted);
+  EXPECT_TRUE(is_defined(c.outputs[0]));
+  EXPECT_FALSE(is_defined(c.outputs[1]));
+  EXPECT_NEAR(mean_level_error_db(c), 20.0 * std::log10(2.0), 1e-12);
+  EXPECT_TRUE(std::isnan(mean_level_error_db({})));
 }
 
 TEST(Comparison, InterpolatesAtSecondOrderBetweenCoarserLines) {
