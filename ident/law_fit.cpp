@@ -83,27 +83,27 @@ FrequencyLaw law_of(const Parametrisation& p, const Eigen::VectorXd& x) {
   return law;
 }
 
-/// Standard deviations of the law's own parameters from the covariance of the fitted ones.
-Eigen::VectorXd parameter_sigma(const FrequencyLaw& law, const Eigen::MatrixXd& covariance) {
-  const auto sigma = [&](Eigen::Index k) { return std::sqrt(covariance(k, k)); };
+/// d(the law's own numbers)/d(the fitted ones).
+Eigen::MatrixXd own_from_fitted(const FrequencyLaw& law, Eigen::Index fitted) {
   switch (law.kind) {
     case Kind::constant:
-      return Eigen::VectorXd::Constant(1, law.parameters[0] * sigma(0));
-    case Kind::power:
-      return Eigen::Vector3d(law.parameters[0] * sigma(0), sigma(1), 0.0);
+      return Eigen::MatrixXd::Constant(1, 1, law.parameters[0]);
+    case Kind::power: {
+      Eigen::MatrixXd chain = Eigen::MatrixXd::Zero(3, 2);
+      chain(0, 0) = law.parameters[0];
+      chain(1, 1) = 1.0;
+      return chain;
+    }
     case Kind::fractional_zener:
-      return Eigen::Vector4d(law.parameters[0] * sigma(0), law.parameters[1] * sigma(1),
-                             law.parameters[2] * sigma(2), sigma(3));
+      return Eigen::Vector4d(law.parameters[0], law.parameters[1], law.parameters[2], 1.0).asDiagonal();
     case Kind::monotone_spline:
     case Kind::table:
       break;
   }
-  Eigen::VectorXd knots(covariance.rows());  // ln value is the running sum of the steps
-  for (Eigen::Index k = 0; k < knots.size(); ++k) {
-    knots[k] =
-        law.value[static_cast<std::size_t>(k)] * std::sqrt(covariance.topLeftCorner(k + 1, k + 1).sum());
-  }
-  return knots;
+  Eigen::MatrixXd chain = Eigen::MatrixXd::Zero(fitted, fitted);  // ln value is the running sum of the steps
+  for (Eigen::Index k = 0; k < fitted; ++k)
+    chain.row(k).head(k + 1).setConstant(law.value[static_cast<std::size_t>(k)]);
+  return chain;
 }
 
 Eigen::VectorXd log_residuals(const Points& points, const FrequencyLaw& law) {
@@ -114,17 +114,21 @@ Eigen::VectorXd log_residuals(const Points& points, const FrequencyLaw& law) {
   return r;
 }
 
-/// Akaike's criterion with Hurvich and Tsai's correction for k parameters and n points. The given sigmas are
-/// a lower limit: -2 ln L for normal errors of s sigma, s the likeliest not below 1. Infinite when n - k < 2.
-double aicc(double chi_square, int n, int k) {
-  if (n - k < 2) return infinity;
-  const double variance = std::max(1.0, chi_square / n);
-  return n * std::log(variance) + chi_square / variance + 2.0 * k + 2.0 * k * (k + 1.0) / (n - k - 1.0);
+/// Akaike's criterion of k parameters and n points at a scatter of `variance` sigma^2 that all laws share, so
+/// that a law cannot excuse its misfit by calling it scatter. Hurvich and Tsai's correction for few points
+/// has n - k - 1, as their variance is taken from the same fit; here it is not, so that a law with one degree
+/// of freedom left can still be judged. Infinite without any.
+double aicc(double chi_square, double variance, int n, int k) {
+  if (n - k < 1) return infinity;
+  return chi_square / variance + 2.0 * k + 2.0 * k * (k + 1.0) / (n - k);
 }
 
 struct Fitted {
   LawFit fit;
   LeastSquaresSolution solution;
+
+  double chi_square() const { return solution.residual.squaredNorm(); }
+  int parameters() const { return static_cast<int>(solution.x.size()); }
 };
 
 Fitted fit_one(const Points& points, const Parametrisation& parametrisation) {
@@ -142,9 +146,10 @@ Fitted fit_one(const Points& points, const Parametrisation& parametrisation) {
   fit.law.valid_from_hz = points.frequency_hz.minCoeff();
   fit.law.valid_to_hz = points.frequency_hz.maxCoeff();
   fit.rms = result.solution.rms();
-  fit.aicc =
-      aicc(result.solution.residual.squaredNorm(), points.count(), static_cast<int>(problem.start.size()));
-  fit.parameter_sigma = std::max(1.0, fit.rms) * parameter_sigma(fit.law, result.solution.covariance);
+  const Eigen::MatrixXd chain = own_from_fitted(fit.law, result.solution.x.size());
+  const double scale = std::pow(std::max(1.0, fit.rms), 2.0);
+  fit.covariance = scale * chain * result.solution.covariance * chain.transpose();
+  fit.parameter_sigma = fit.covariance.diagonal().cwiseSqrt();
   return result;
 }
 
@@ -161,22 +166,22 @@ double mean_log(const Eigen::VectorXd& v) {
   return v.array().log().mean();
 }
 
-std::optional<LawFit> fit_constant(const Points& points) {
-  return fit_one(points, unbounded(Kind::constant, Eigen::VectorXd::Constant(1, mean_log(points.value)))).fit;
+Fitted fit_constant(const Points& points) {
+  return fit_one(points, unbounded(Kind::constant, Eigen::VectorXd::Constant(1, mean_log(points.value))));
 }
 
-std::optional<LawFit> fit_power(const Points& points) {
+std::optional<Fitted> fit_power(const Points& points) {
   if (points.count() < 2) return std::nullopt;
   Parametrisation p = unbounded(Kind::power, Eigen::Vector2d(mean_log(points.value), 0.0));
   p.reference_hz = std::exp(mean_log(points.frequency_hz));
   const Fitted fitted = fit_one(points, p);
   if (!fitted.solution.determined) return std::nullopt;  // all points at one frequency
-  return fitted.fit;
+  return fitted;
 }
 
 /// Offered only when the points show the relaxation: six of them, no parameter on a bound (an order of 1 is
 /// the classical Zener model and may stand), and each known to within a factor of e or so.
-std::optional<LawFit> fit_fractional_zener(const Points& points, bool rising) {
+std::optional<Fitted> fit_fractional_zener(const Points& points, bool rising) {
   if (points.count() < 6) return std::nullopt;
   const double f_lo = points.frequency_hz.minCoeff();
   const double f_hi = points.frequency_hz.maxCoeff();
@@ -193,7 +198,7 @@ std::optional<LawFit> fit_fractional_zener(const Points& points, bool rising) {
         p.lower << -infinity, rising ? 0.0 : -5.0, std::log(f_lo / 30.0), 0.05;
         p.upper << infinity, 5.0, std::log(f_hi * 30.0), 1.0;
         Fitted fitted = fit_one(points, p);
-        if (!best || fitted.solution.residual.squaredNorm() < best->solution.residual.squaredNorm()) {
+        if (!best || fitted.chi_square() < best->chi_square()) {
           best = std::move(fitted);
         }
       }
@@ -204,7 +209,8 @@ std::optional<LawFit> fit_fractional_zener(const Points& points, bool rising) {
   if (on_bound || !solution.determined || !solution.converged) return std::nullopt;
   const Eigen::Vector4d sigma = std::max(1.0, best->fit.rms) * solution.covariance.diagonal().cwiseSqrt();
   const bool known = sigma[1] < std::abs(solution.x[1]) && sigma[2] < 1.0 && sigma[3] < 0.5;
-  return known ? std::optional<LawFit>(best->fit) : std::nullopt;
+  if (!known) return std::nullopt;
+  return best;
 }
 
 /// About `count` knots: evenly spread over ln f, each moved to the nearest point so that every knot has data.
@@ -223,8 +229,8 @@ std::vector<double> spline_knots(const Points& points, int count) {
   return knots;
 }
 
-std::optional<LawFit> fit_monotone_spline(const Points& points, bool rising) {
-  std::optional<LawFit> best;
+std::vector<Fitted> fit_monotone_splines(const Points& points, bool rising) {
+  std::vector<Fitted> fits;
   for (int count = 3; count <= std::min(most_knots, points.count() - 2); ++count) {
     const std::vector<double> knots = spline_knots(points, count);
     if (static_cast<int>(knots.size()) != count) continue;
@@ -235,26 +241,49 @@ std::optional<LawFit> fit_monotone_spline(const Points& points, bool rising) {
     p.knots = knots;
     if (rising) p.lower.tail(count - 1).setZero();
     const Fitted fitted = fit_one(points, p);
-    if (!fitted.solution.determined) continue;
-    if (!best || fitted.fit.aicc < best->aicc - indifferent_aicc) best = fitted.fit;
+    if (fitted.solution.determined) fits.push_back(fitted);
   }
-  return best;
+  return fits;
 }
 
-std::optional<LawFit> fit_kind(const Points& points, Kind kind, bool rising) {
+std::vector<Fitted> fit_kind(const Points& points, Kind kind, bool rising) {
+  const auto if_offered = [](const std::optional<Fitted>& fit) {
+    return fit ? std::vector<Fitted>{*fit} : std::vector<Fitted>{};
+  };
   switch (kind) {
     case Kind::constant:
-      return fit_constant(points);
+      return {fit_constant(points)};
     case Kind::power:
-      return fit_power(points);
+      return if_offered(fit_power(points));
     case Kind::fractional_zener:
-      return fit_fractional_zener(points, rising);
+      return if_offered(fit_fractional_zener(points, rising));
     case Kind::monotone_spline:
-      return fit_monotone_spline(points, rising);
+      return fit_monotone_splines(points, rising);
     case Kind::table:
       break;
   }
   throw Error("fit_laws: constant, power, fractional_zener or monotone_spline; a table is not fitted");
+}
+
+/// The scatter that the laws leave, in sigma^2: that of the law that explains most per degree of freedom, and
+/// not below 1, as the given sigmas are a lower limit.
+double common_variance(const std::vector<Fitted>& fits, int n) {
+  double least = infinity;
+  for (const Fitted& fitted : fits) {
+    const int freedom = n - fitted.parameters();
+    if (freedom > 0) least = std::min(least, fitted.chi_square() / freedom);
+  }
+  return std::isfinite(least) ? std::max(1.0, least) : 1.0;
+}
+
+/// Of several splines the one that AICc likes; a law of each other kind is alone.
+void keep_best_of_each_kind(std::vector<LawFit>& best_first) {
+  std::vector<Kind> seen;
+  std::erase_if(best_first, [&](const LawFit& fit) {
+    const bool known = std::find(seen.begin(), seen.end(), fit.law.kind) != seen.end();
+    seen.push_back(fit.law.kind);
+    return known;
+  });
 }
 
 std::size_t parameter_count(const FrequencyLaw& law) {
@@ -264,13 +293,38 @@ std::size_t parameter_count(const FrequencyLaw& law) {
 
 }  // namespace
 
+FrequencyLaw moved(FrequencyLaw law, const Eigen::VectorXd& step) {
+  std::vector<double>& numbers = law.value.empty() ? law.parameters : law.value;
+  for (std::size_t k = 0; k < numbers.size(); ++k) numbers[k] += step[static_cast<Eigen::Index>(k)];
+  return law;
+}
+
+double law_sigma(const LawFit& fit, double f_hz) {
+  constexpr double part = 0.01;  // of a standard error: the law is straight over it
+  const Eigen::Index n = fit.covariance.rows();
+  Eigen::VectorXd gradient = Eigen::VectorXd::Zero(n);
+  for (Eigen::Index k = 0; k < n; ++k) {
+    const double step = part * std::sqrt(fit.covariance(k, k));
+    if (!(step > 0.0)) continue;
+    const Eigen::VectorXd along = step * Eigen::VectorXd::Unit(n, k);
+    gradient[k] = (moved(fit.law, along).at(f_hz) - moved(fit.law, -along).at(f_hz)) / (2.0 * step);
+  }
+  return std::sqrt(std::max(0.0, gradient.dot(fit.covariance * gradient)));
+}
+
 std::vector<LawFit> fit_laws(const Eigen::VectorXd& frequency_hz, const Eigen::VectorXd& value,
                              const Eigen::VectorXd& sigma, const std::vector<Kind>& kinds, bool rising) {
   const Points points{frequency_hz, value, sigma};
   check(points);
-  std::vector<LawFit> fits;
+  std::vector<Fitted> fitted;
   for (Kind kind : kinds) {
-    if (const std::optional<LawFit> fit = fit_kind(points, kind, rising)) fits.push_back(*fit);
+    for (Fitted& fit : fit_kind(points, kind, rising)) fitted.push_back(std::move(fit));
+  }
+  const double variance = common_variance(fitted, points.count());
+  std::vector<LawFit> fits;
+  for (const Fitted& one : fitted) {
+    fits.push_back(one.fit);
+    fits.back().aicc = aicc(one.chi_square(), variance, points.count(), one.parameters());
   }
   const auto simpler = [](const LawFit& a, const LawFit& b) {
     return parameter_count(a.law) < parameter_count(b.law);
@@ -284,6 +338,7 @@ std::vector<LawFit> fit_laws(const Eigen::VectorXd& frequency_hz, const Eigen::V
   });
   const auto chosen = std::min_element(fits.begin(), worse, simpler);
   std::rotate(fits.begin(), chosen, chosen + 1);
+  keep_best_of_each_kind(fits);
   return fits;
 }
 

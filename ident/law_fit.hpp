@@ -12,15 +12,22 @@ struct LawFit {
   fem::FrequencyLaw law;
   Eigen::VectorXd
       parameter_sigma;  ///< of law.parameters (0 for the power law's reference frequency), or of law.value
-  double aicc = 0.0;    ///< Akaike's information criterion, corrected for few points (Hurvich & Tsai 1989);
-                        ///< infinite when points - parameters < 2
-  double rms = 0.0;     ///< weighted rms residual per degree of freedom, over sigma
+  Eigen::MatrixXd covariance;  ///< of the same; empty where not known
+  double aicc = 0.0;  ///< Akaike's information criterion, corrected for few points, at a scatter common to
+                      ///< all laws offered (docs/law_fit.md); infinite without a degree of freedom
+  double rms = 0.0;   ///< weighted rms residual per degree of freedom, over sigma
 };
+
+/// Standard error of the law's value at f, to first order in its parameters; 0 without covariance.
+double law_sigma(const LawFit& fit, double f_hz);
+
+/// The law with its numbers (law.parameters, or law.value) moved by `step`.
+fem::FrequencyLaw moved(fem::FrequencyLaw law, const Eigen::VectorXd& step);
 
 /// Fits E(f) or eta(f) at points with standard deviations: every law in `kinds` that the points determine
 /// (Ceres, in the logarithm of the value), best AICc first; but of laws within 2 of the best, the one with
-/// the fewest parameters comes first. The standard deviations are taken as a lower limit: a larger scatter
-/// counts as the scale of the errors.
+/// the fewest parameters comes first. The standard deviations are taken as a lower limit: the scatter that
+/// the best of the laws leaves, when larger, counts as the scale of the errors of all.
 ///
 /// power needs 2 points, the spline 5, the fractional Zener 6 and a relaxation that the points show
 /// (parameters off their bounds and known to a factor of e); a law that is not offered is absent. The
