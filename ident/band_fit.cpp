@@ -93,7 +93,7 @@ class GroupRefiner {
     if (search) drop_what_is_no_circle();
     for (long r = 0; r < count(); ++r) {
       Mode mode = to_mode(fit_.result(), r, options_.damping);
-      if (fit_.is_double(r)) add_flag(mode, ModeFlag::double_mode);
+      if (fit_.is_double(r) || fit_.lacks_a_pole(r)) add_flag(mode, ModeFlag::double_mode);
       result_.modes.push_back(std::move(mode));
     }
     return std::move(result_);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -18,7 +19,15 @@ constexpr double least_background = 3.0;    // the same of a pole outside the ba
 constexpr double most_outside = 3.0;        // bandwidths that it may be outside
 constexpr double least_share = 0.03;        // of the function around
 constexpr double one_pole = 0.05;           // bandwidths: nearer poles count as one
-constexpr double parallel = 0.9;            // modal assurance
+// Of the test for a second pole: lines, standard deviations and more above what noise gains (one in ten
+// thousand), and size over that of the mode's own share.
+constexpr long least_lines_of_shape = 12;
+constexpr double reach_of_shape = 4.0;  // bandwidths
+constexpr double least_deviation = 4.0, least_excess = 8.0;
+// With one output only what is of second order in the distance shows.
+constexpr double least_part_of_one = 0.006, least_part_of_several = 0.015;
+constexpr double parallel = 0.9;     // modal assurance
+constexpr double noise_alone = 1.5;  // chi-square per degree of freedom of a model that explains the lines
 
 }  // namespace
 
@@ -102,14 +111,49 @@ double GroupFit::assurance(long r, long s) const {
   return std::norm(a.dot(b)) / (a.squaredNorm() * b.squaredNorm());
 }
 
+Eigen::VectorXcd GroupFit::function_of(long r, long first, long last) const {
+  Eigen::VectorXcd g(last - first);
+  for (long i = first; i < last; ++i)
+    g(i - first) =
+        pole_function(pole(r), 2.0 * std::numbers::pi * window_->frequency_hz(i), options_.damping);
+  return g * pole_scale(pole(r), options_.damping);
+}
+
+bool GroupFit::lacks_a_pole(long r) const {
+  const auto [first, last] = lines_around(pole(r), reach_of_shape);
+  const long n = last - first;
+  if (n < least_lines_of_shape) return false;
+  const Eigen::VectorXcd g = function_of(r, first, last);
+  Eigen::MatrixXcd shapes(n, 5);
+  shapes << Eigen::VectorXcd::Ones(n), Eigen::VectorXcd::LinSpaced(n, -1.0, 1.0), g,
+      g.array().square().matrix(), g.array().cube().matrix();
+  double gain = 0.0, own = 0.0;
+  for (long k = 0; k < outputs(); ++k) {
+    const Eigen::VectorXd weight =
+        window_->outputs[static_cast<std::size_t>(k)].sigma.segment(first, n).cwiseInverse();
+    const Eigen::MatrixXcd weighted = weight.asDiagonal() * shapes;
+    const Eigen::VectorXcd residual = fit_.residual.col(k).segment(first, n);
+    const Eigen::MatrixXcd gram = weighted.adjoint() * weighted;
+    const Eigen::VectorXcd against = weighted.adjoint() * residual;
+    const Eigen::VectorXcd few = gram.topLeftCorner(3, 3).ldlt().solve(against.head(3));
+    const Eigen::VectorXcd all = gram.ldlt().solve(against);
+    const double gained = against.dot(all).real() - against.head(3).dot(few).real();
+    gain += gained;
+    own += std::norm(fit_.constant(r, k) / pole_scale(pole(r), options_.damping)) *
+           (weight.asDiagonal() * g).squaredNorm();
+  }
+  const double scale = std::max(1.0, lack()) * fit_.line_correlation;
+  const double freedom = static_cast<double>(4 * outputs() - 2);
+  const double least_part = outputs() == 1 ? least_part_of_one : least_part_of_several;
+  return gain > scale * (freedom + least_deviation * std::sqrt(2.0 * freedom) + least_excess) &&
+         gain > least_part * least_part * own;
+}
+
 bool GroupFit::is_double(long r) const {
   const auto [first, last] = lines_around(pole(r), 1.0);
   const long n = last - first;
   if (n < 1) return false;
-  Eigen::VectorXcd g(n);
-  for (long i = 0; i < n; ++i)
-    g(i) =
-        pole_function(pole(r), 2.0 * std::numbers::pi * window_->frequency_hz(first + i), options_.damping);
+  const Eigen::VectorXcd g = function_of(r, first, last) / pole_scale(pole(r), options_.damping);
   Eigen::MatrixXcd alone(n, outputs());
   for (long k = 0; k < outputs(); ++k) {
     const Eigen::VectorXd sigma = window_->outputs[static_cast<std::size_t>(k)].sigma.segment(first, n);
@@ -141,7 +185,7 @@ std::string GroupFit::objection(long r) const {
     const double bandwidth = std::max(bandwidth_hz(p), bandwidth_hz(pole(s)));
     if (distance < one_pole * bandwidth)
       return fmt::format("one with the mode at {:.6g} Hz", pole(s).natural_frequency_hz);
-    if (distance < bandwidth && assurance(r, s) > parallel)
+    if (distance < bandwidth && assurance(r, s) > parallel && (!options_.sigma_known || lack() > noise_alone))
       return fmt::format("mends the shape of the mode at {:.6g} Hz", pole(s).natural_frequency_hz);
   }
   return "";

@@ -45,8 +45,16 @@ class GroupFit {
   double scatter_of(long r) const;
   /// Whether two modes stand behind it (looks_double).
   bool is_double(long r) const;
+  /// Whether the residual around it has what two poles leave to one, noise apart: their shares differ from
+  /// one share C g, to second order in the distance, by D g^2 + E g^3 with D, E free in each output. The
+  /// residual's part in these (beside g and a trend), over its variance, is chi-square distributed with 4
+  /// outputs - 2 degrees of freedom when there is one pole only, as its own frequency and loss factor have
+  /// taken one complex number already.
+  bool lacks_a_pole(long r) const;
 
  private:
+  /// g of pole r, of height 1, on lines [first, last).
+  Eigen::VectorXcd function_of(long r, long first, long last) const;
   /// First line within so many bandwidths of a pole, and the one after the last.
   std::pair<long, long> lines_around(const Pole& pole, double bandwidths) const;
   const Pole& pole(long r) const { return fit_.poles[static_cast<std::size_t>(r)]; }

@@ -12,6 +12,7 @@ constexpr double apart = 4.0;  // bandwidths: nearer modes are fitted as one gro
 // A window's bandwidths either side, which with three residual terms cost a tenth of the accuracy, and its
 // lines.
 constexpr double window_bandwidths = 15.0, least_lines = 15.0, most_lines = 1000.0;
+constexpr double least_gap = 5.0;         // line spacings between windows that are searched by themselves
 constexpr double core_bandwidths = 3.0;   // of a neighbour that must not be cut by a window's end
 constexpr double beyond = 1.3;            // times the band's end: farther out a pole is a trend, no neighbour
 constexpr double model_tolerance = 3e-4;  // of the largest magnitude in the window
@@ -108,6 +109,7 @@ std::vector<ModeGroup> group_modes(const std::vector<Mode>& modes, const LineBan
   std::vector<ModeGroup> groups;
   double covered = band.lo_hz;
   const auto fill_to = [&](double to_hz) {
+    if (to_hz - covered < least_gap * band.spacing_hz) return;  // too few lines to hide a mode
     const double pieces = std::ceil((to_hz - covered) / (most_lines * band.spacing_hz));
     const double length = (to_hz - covered) / std::max(1.0, pieces);
     const double margin = std::max(0.05 * length, 0.5 * least_lines * band.spacing_hz);

@@ -69,6 +69,8 @@ std::string law_lines(const LawFit& fit) {
   }
   text += fmt::format("parameter_sigma = {}  # standard errors, in the order above\n",
                       array(fit.parameter_sigma));
+  if (fit.covariance.size() > 0)
+    text += fmt::format("covariance = {}  # of the same, row by row\n", array(fit.covariance.reshaped()));
   if (law.valid_to_hz > 0.0) {
     text += fmt::format("valid_from = {}  # Hz, the data's range\nvalid_to = {}\n", number(law.valid_from_hz),
                         number(law.valid_to_hz));
@@ -91,10 +93,10 @@ std::string curve_lines(const std::string& name, const IdentifiedCurve& curve, c
 
 std::string rayleigh_lines(const RayleighFit& fit) {
   return fmt::format(
-      "[rayleigh]\nalpha = {}  # 1/s\nbeta = {}  # s\nalpha_sigma = {}\nbeta_sigma = {}\nrms = "
-      "{}\ndetermined = {}\n\n",
+      "[rayleigh]\nalpha = {}  # 1/s\nbeta = {}  # s\nalpha_sigma = {}\nbeta_sigma = {}\ncovariance = {}\n"
+      "rms = {}\ndetermined = {}\n\n",
       number(fit.rayleigh.alpha), number(fit.rayleigh.beta), number(fit.alpha_sigma), number(fit.beta_sigma),
-      number(fit.rms), fit.determined);
+      number(fit.covariance), number(fit.rms), fit.determined);
 }
 
 std::string pair_lines(const Pairing& pairing) {
@@ -183,6 +185,16 @@ Eigen::VectorXd vector(const std::vector<double>& values) {
   return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
 }
 
+Eigen::MatrixXd read_covariance(const Reader& reader, const FrequencyLaw& law) {
+  const Eigen::VectorXd numbers = vector(reader.numbers("covariance"));
+  const auto n = static_cast<Eigen::Index>(law.parameters.size() + law.value.size());
+  if (numbers.size() != n * n)
+    reader.refuse(&reader.node("covariance"),
+                  fmt::format("{}.covariance: {} x {} numbers, row by row, got {}", reader.path(), n, n,
+                              numbers.size()));
+  return numbers.reshaped(n, n);  // symmetric: rows are columns
+}
+
 LawFit read_law(const Reader& reader, bool allow_zero) {
   LawFit fit;
   FrequencyLaw& law = fit.law;
@@ -200,13 +212,15 @@ LawFit read_law(const Reader& reader, bool allow_zero) {
   } else {
     for (const std::string& name : known) law.parameters.push_back(reader.number(name.c_str()));
   }
-  known.insert(known.end(), {"kind", "valid_from", "valid_to", "parameter_sigma", "aicc", "rms"});
+  known.insert(known.end(),
+               {"kind", "valid_from", "valid_to", "parameter_sigma", "covariance", "aicc", "rms"});
   reader.only(known);
   law.valid_from_hz = reader.number("valid_from", 0.0);
   law.valid_to_hz = reader.number("valid_to", 0.0);
   fit.aicc = reader.number("aicc", 0.0);
   fit.rms = reader.number("rms", 0.0);
   if (reader.has("parameter_sigma")) fit.parameter_sigma = vector(reader.numbers("parameter_sigma"));
+  if (reader.has("covariance")) fit.covariance = read_covariance(reader, law);
   try {
     fem::validate(law, reader.path(), allow_zero);
   } catch (const Error& error) {
@@ -242,7 +256,7 @@ IdentifiedCurve read_curve(const Reader& reader, bool allow_zero) {
 }
 
 RayleighFit read_rayleigh(const Reader& reader) {
-  reader.only({"alpha", "beta", "alpha_sigma", "beta_sigma", "rms", "determined"});
+  reader.only({"alpha", "beta", "alpha_sigma", "beta_sigma", "covariance", "rms", "determined"});
   RayleighFit fit;
   fit.rayleigh = {reader.number("alpha"), reader.number("beta")};
   for (const char* key : {"alpha", "beta"}) {
@@ -254,6 +268,7 @@ RayleighFit read_rayleigh(const Reader& reader) {
   }
   fit.alpha_sigma = reader.number("alpha_sigma", 0.0);
   fit.beta_sigma = reader.number("beta_sigma", 0.0);
+  fit.covariance = reader.number("covariance", 0.0);
   fit.rms = reader.number("rms", 0.0);
   fit.determined = true;
   if (reader.has("determined")) {

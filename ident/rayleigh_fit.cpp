@@ -84,6 +84,7 @@ RayleighFit fit_rayleigh(const Eigen::VectorXd& frequency_hz, const Eigen::Vecto
   const Eigen::Vector2d error = std::max(1.0, fit.rms) * solution.covariance.diagonal().cwiseSqrt();
   fit.alpha_sigma = error[0] / scale[0];
   fit.beta_sigma = error[1] / scale[1];
+  fit.covariance = std::pow(std::max(1.0, fit.rms), 2.0) * solution.covariance(0, 1) / (scale[0] * scale[1]);
   return fit;
 }
 

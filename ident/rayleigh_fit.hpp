@@ -11,6 +11,7 @@ struct RayleighFit {
   fem::Rayleigh rayleigh;
   double alpha_sigma = 0.0;  ///< 0 where a bound holds the value
   double beta_sigma = 0.0;
+  double covariance = 0.0;      ///< of alpha and beta
   bool alpha_at_bound = false;  ///< held at zero
   bool beta_at_bound = false;
   double rms = 0.0;         ///< weighted rms of the residuals in zeta, over sigma

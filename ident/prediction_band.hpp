@@ -1,0 +1,27 @@
+#pragma once
+
+#include <Eigen/Core>
+
+#include "fem/harmonic.hpp"
+#include "ident/parameter_identification.hpp"
+
+namespace struna::ident {
+
+/// Standard errors of a predicted function, lines x outputs, in its unit.
+struct PredictionBand {
+  Eigen::MatrixXd real_sigma;
+  Eigen::MatrixXd imag_sigma;
+  Eigen::MatrixXd magnitude_sigma;  ///< of |H|
+  Eigen::MatrixXd sigma() const;    ///< root mean square of real_sigma and imag_sigma
+};
+
+/// What the covariance of the laws E(f) and eta(f) (viscous: of alpha and beta in place of eta) makes of the
+/// harmonic response, to first order: sum over the eigenvectors of each covariance of (dH/dp d)^2, the
+/// derivative by central differences over a tenth of a standard error. The laws of different quantities count
+/// as independent: errors of natural frequencies and of loss factors are nearly so. `model` carries the laws
+/// (apply). Zero where no covariance is known. Costs two harmonic responses per parameter.
+PredictionBand prediction_band(const fem::Model& model, const fem::Drive& drive,
+                               const fem::Measurement& measurement, const Eigen::VectorXd& frequency_hz,
+                               fem::Damping damping, const IdentifiedParameters& identified);
+
+}  // namespace struna::ident
