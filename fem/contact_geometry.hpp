@@ -36,13 +36,14 @@ class PlaneCut {
 /// The force -F h/|h| on the inside body acts through the same weights (25)-(26), so contact work is
 /// conjugate.
 struct ContactPair {
-  int node = 0;                            ///< of the inside body
-  double inside_arc_length = 0.0;          ///< [m]
-  double outside_arc_length = 0.0;         ///< [m]
-  Eigen::Matrix<double, 3, 2> plane_axes;  ///< orthonormal, normal to the tangent
-  Eigen::Vector2d rest_offset;             ///< x_inside - x_outside at rest, in the plane [m]
-  Eigen::MatrixX2d inside_weights;         ///< all dof of the inside model x 2
-  Eigen::MatrixX2d outside_weights;        ///< all dof of the outside model x 2
+  int node = 0;                     ///< of the inside body
+  double inside_arc_length = 0.0;   ///< [m]
+  double outside_arc_length = 0.0;  ///< [m]
+  Eigen::Matrix<double, 3, 2> plane_axes =
+      Eigen::Matrix<double, 3, 2>::Zero();                ///< orthonormal, normal to the tangent
+  Eigen::Vector2d rest_offset = Eigen::Vector2d::Zero();  ///< x_inside - x_outside at rest, in the plane [m]
+  Eigen::MatrixX2d inside_weights;                        ///< all dof of the inside model x 2
+  Eigen::MatrixX2d outside_weights;                       ///< all dof of the outside model x 2
 };
 
 /// One pair per node of the inside body whose normal plane cuts the outside centreline; the nearest cut where

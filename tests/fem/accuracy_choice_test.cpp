@@ -89,7 +89,7 @@ Excitation random_motion() {
 std::vector<Case> cases() {
   std::vector<Case> all;
   all.emplace_back(scene_of(wire(25), band(16), 5e-5), sine(), 200.0);
-  all.emplace_back(scene_of(wire(50), band(32), 5e-5, ContactLaw::no_adhesion), sine(), 200.0);
+  all.emplace_back(scene_of(wire(40), band(26), 5e-5, ContactLaw::no_adhesion), sine(), 200.0);
   all.emplace_back(scene_of(wire(25), band(16), 1.5e-4), random_motion(), 1000.0);
   Body curved = wire(12);
   curved.centreline = spline_through(
