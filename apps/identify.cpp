@@ -70,8 +70,11 @@ void predict_both(Identification& found) {
     for (const auto& warning : prediction_warnings(scene, damping, measured.frequency_hz)) tell(warning);
   }
   const ident::FrfKind form = measured.outputs.front().kind;
-  found.predicted = predict(scene, fem::Damping::structural, measured.frequency_hz, form, &found.mesh_error);
-  found.predicted_viscous = predict(scene, fem::Damping::viscous, measured.frequency_hz, form);
+  const ident::IdentifiedParameters* identified = &found.fit.identified;
+  found.predicted =
+      predict(scene, fem::Damping::structural, measured.frequency_hz, form, &found.mesh_error, identified);
+  found.predicted_viscous =
+      predict(scene, fem::Damping::viscous, measured.frequency_hz, form, nullptr, identified);
   if (const auto warning =
           mesh_warning(fem::linear_path(scene).body, measured.frequency_hz, found.mesh_error)) {
     tell(*warning);

@@ -11,6 +11,8 @@
 #include "apps/commands.hpp"
 #include "apps/console.hpp"
 #include "apps/scene_file.hpp"
+#include "ident/parameter_file.hpp"
+#include "ident/prediction_band.hpp"
 #include "ident/transfer_function_file.hpp"
 
 namespace struna::apps {
@@ -138,6 +140,26 @@ Wanted wanted_lines(const PredictArguments& arguments) {
   return {uniform_lines(band, resolution)};
 }
 
+/// What the files say of the body; nullopt when none belongs to it.
+std::optional<ident::IdentifiedParameters> parameters_of(const std::string& body,
+                                                         const std::vector<std::string>& files) {
+  for (const std::string& file : files) {
+    ident::IdentifiedParameters identified = ident::read_parameters(file);
+    if (identified.body == body) return identified;
+  }
+  return std::nullopt;
+}
+
+/// Whether the errors of what acts are known: without those of the damping the peaks would look sure.
+bool has_covariance(const ident::IdentifiedParameters& identified, fem::Damping damping) {
+  const auto known = [](const ident::IdentifiedCurve& curve) {
+    return !curve.laws.empty() && curve.laws.front().covariance.size() > 0;
+  };
+  if (!known(identified.modulus)) return false;
+  if (damping == fem::Damping::structural) return known(identified.loss_factor);
+  return identified.rayleigh_known && identified.rayleigh.determined && identified.rayleigh.beta_sigma > 0.0;
+}
+
 void run_predict(const PredictArguments& arguments) {
   const fem::Damping damping = option_value("--damping", arguments.damping, fem::damping_kind);
   if (!arguments.like.empty() && arguments.resolution_hz > 0.0) {
@@ -158,8 +180,11 @@ void run_predict(const PredictArguments& arguments) {
   for (const std::string& warning : prediction_warnings(scene, damping, wanted.frequency_hz)) warn(warning);
 
   double worst = 0.0;
-  const ident::TransferFunction tf =
-      blaming(files, [&] { return predict(scene, damping, wanted.frequency_hz, wanted.form, &worst); });
+  const auto identified = parameters_of(path.body.name, arguments.parameters);
+  const ident::TransferFunction tf = blaming(files, [&] {
+    return predict(scene, damping, wanted.frequency_hz, wanted.form, &worst,
+                   identified ? &*identified : nullptr);
+  });
   if (const auto warning = window_warning(wanted.exponential_decay, tf.exponential_decay))
     warn(arguments.like + ": " + *warning);
   ident::write_transfer_function(tf, arguments.to);
@@ -239,13 +264,17 @@ std::optional<std::string> window_warning(double measured_decay, double predicte
 
 ident::TransferFunction predict(const fem::Scene& scene, fem::Damping damping,
                                 const Eigen::VectorXd& frequency_hz, ident::FrfKind form,
-                                double* worst_mesh_error) {
+                                double* worst_mesh_error, const ident::IdentifiedParameters* identified) {
   if (frequency_hz.size() == 0) throw Error("predict: at least one frequency is needed, got none");
   const fem::LinearPath path = fem::linear_path(scene);
   const fem::Model model = fem::assemble(path.body, mesh_elements(path.body, frequency_hz.maxCoeff()));
   const fem::HarmonicResponse response =
       fem::harmonic_response(model, path.drive, path.measurement, frequency_hz, {damping, false});
   if (worst_mesh_error != nullptr) *worst_mesh_error = largest_mesh_error(model, path, damping, frequency_hz);
+  Eigen::MatrixXd sigma;
+  if (identified != nullptr && has_covariance(*identified, damping))
+    sigma = ident::prediction_band(model, path.drive, path.measurement, frequency_hz, damping, *identified)
+                .sigma();
 
   const ident::FrfKind natural = natural_kind(scene);
   const Eigen::ArrayXcd i_omega = std::complex<double>(0.0, 2.0 * std::numbers::pi) * frequency_hz.array();
@@ -257,6 +286,8 @@ ident::TransferFunction predict(const fem::Scene& scene, fem::Damping damping,
     output.kind = natural;
     output.unit = ident::unit_of(natural);
     output.value = response.response.col(static_cast<long>(k)).array() * i_omega.pow(derivative(scene));
+    if (sigma.size() > 0)
+      output.sigma = sigma.col(static_cast<long>(k)).array() * i_omega.abs().pow(derivative(scene));
     tf.outputs.push_back(std::move(output));
   }
   if (form == ident::FrfKind::unknown || form == natural) return tf;

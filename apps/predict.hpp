@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "fem/scene.hpp"
+#include "ident/parameter_identification.hpp"
 #include "ident/transfer_function.hpp"
 
 namespace struna::apps {
@@ -42,9 +43,11 @@ std::optional<std::string> window_warning(double measured_decay, double predicte
 /// where it cannot be converted.
 ///
 /// `worst_mesh_error`, when given, receives the largest estimated error of the mesh, relative to the outputs
-/// at its line; it is estimated on at most 200 of the lines, evenly spread.
+/// at its line; it is estimated on at most 200 of the lines, evenly spread. `identified`, when given, is what
+/// the body's laws come from: its covariance gives the outputs' sigma (ident/prediction_band.hpp).
 ident::TransferFunction predict(const fem::Scene& scene, fem::Damping damping,
                                 const Eigen::VectorXd& frequency_hz, ident::FrfKind form,
-                                double* worst_mesh_error = nullptr);
+                                double* worst_mesh_error = nullptr,
+                                const ident::IdentifiedParameters* identified = nullptr);
 
 }  // namespace struna::apps

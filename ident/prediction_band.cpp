@@ -8,7 +8,7 @@
 namespace struna::ident {
 namespace {
 
-constexpr double part = 0.1;  // of a standard error: resonances shift by far less than their width
+constexpr double part = 0.01;  // of a standard error: resonances shift by far less than their width
 
 /// Steps of one standard error each, independent of each other, that make up a covariance.
 std::vector<Eigen::VectorXd> independent_steps(const Eigen::MatrixXd& covariance) {
@@ -27,17 +27,15 @@ std::vector<Eigen::VectorXd> independent_steps(const Eigen::MatrixXd& covariance
   return steps;
 }
 
-/// The body's material moved by `share` of each step there is.
-std::vector<std::pair<fem::Material, fem::Material>> neighbours(const fem::Material& material,
-                                                                fem::Damping damping,
-                                                                const IdentifiedParameters& identified) {
-  std::vector<std::pair<fem::Material, fem::Material>> all;
+/// The body's material moved by `part` of each step there is.
+std::vector<fem::Material> neighbours(const fem::Material& material, fem::Damping damping,
+                                      const IdentifiedParameters& identified) {
+  std::vector<fem::Material> all;
   const auto vary = [&](const IdentifiedCurve& curve, fem::FrequencyLaw fem::Material::*law) {
     if (curve.laws.empty()) return;
     for (const Eigen::VectorXd& step : independent_steps(curve.laws.front().covariance)) {
-      all.emplace_back(material, material);
-      all.back().first.*law = moved(material.*law, part * step);
-      all.back().second.*law = moved(material.*law, -part * step);
+      all.push_back(material);
+      all.back().*law = moved(material.*law, part * step);
     }
   };
   vary(identified.modulus, &fem::Material::youngs_modulus);
@@ -49,11 +47,9 @@ std::vector<std::pair<fem::Material, fem::Material>> neighbours(const fem::Mater
     covariance << std::pow(fit.alpha_sigma, 2.0), fit.covariance, fit.covariance,
         std::pow(fit.beta_sigma, 2.0);
     for (const Eigen::VectorXd& step : independent_steps(covariance)) {
-      all.emplace_back(material, material);
-      all.back().first.rayleigh = {material.rayleigh.alpha + part * step[0],
-                                   material.rayleigh.beta + part * step[1]};
-      all.back().second.rayleigh = {material.rayleigh.alpha - part * step[0],
-                                    material.rayleigh.beta - part * step[1]};
+      all.push_back(material);
+      all.back().rayleigh.alpha += part * step[0];
+      all.back().rayleigh.beta += part * step[1];
     }
   }
   return all;
@@ -76,8 +72,8 @@ PredictionBand prediction_band(const fem::Model& model, const fem::Drive& drive,
   const Eigen::MatrixXcd h = response(model.body.material);
   const Eigen::ArrayXXcd direction = h.array() / h.array().abs().max(1e-300).cast<std::complex<double>>();
   Eigen::ArrayXXd real = Eigen::ArrayXXd::Zero(h.rows(), h.cols()), imag = real, magnitude = real;
-  for (const auto& [above, below] : neighbours(model.body.material, damping, identified)) {
-    const Eigen::ArrayXXcd change = (response(above) - response(below)).array() / (2.0 * part);
+  for (const fem::Material& material : neighbours(model.body.material, damping, identified)) {
+    const Eigen::ArrayXXcd change = (response(material) - h).array() / part;
     real += change.real().square();
     imag += change.imag().square();
     magnitude += (change * direction.conjugate()).real().square();

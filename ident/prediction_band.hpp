@@ -17,9 +17,9 @@ struct PredictionBand {
 
 /// What the covariance of the laws E(f) and eta(f) (viscous: of alpha and beta in place of eta) makes of the
 /// harmonic response, to first order: sum over the eigenvectors of each covariance of (dH/dp d)^2, the
-/// derivative by central differences over a tenth of a standard error. The laws of different quantities count
+/// derivative by differences over a hundredth of a standard error. The laws of different quantities count
 /// as independent: errors of natural frequencies and of loss factors are nearly so. `model` carries the laws
-/// (apply). Zero where no covariance is known. Costs two harmonic responses per parameter.
+/// (apply). Zero where no covariance is known. Costs a harmonic response per parameter, and one.
 PredictionBand prediction_band(const fem::Model& model, const fem::Drive& drive,
                                const fem::Measurement& measurement, const Eigen::VectorXd& frequency_hz,
                                fem::Damping damping, const IdentifiedParameters& identified);

@@ -3,8 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
 #include <numbers>
 
+#include "ident/parameter_file.hpp"
 #include "simulated_experiment.hpp"
 
 namespace struna::ident {
@@ -95,6 +97,21 @@ TEST(LawSigma, IsThatOfTheLawsOwnNumbers) {
   EXPECT_NEAR(law_sigma(fit, 100.0) / fit.law.at(100.0), 1e9 / 2e11, 1e-8);
   fit.covariance.resize(0, 0);
   EXPECT_EQ(law_sigma(fit, f), 0.0);
+}
+
+TEST(PredictionBand, CovarianceSurvivesTheParameterFile) {
+  IdentifiedParameters p = known(1e11, 1e9, 0.02, 0.002);
+  p.modulus.laws[0].law = {fem::FrequencyLaw::Kind::power, {2e11, 0.1, 100.0}, {}, {}, 0.0, 0.0};
+  p.modulus.laws[0].covariance = Eigen::Matrix3d{{4e18, 3e7, 0.0}, {3e7, 1e-3, 0.0}, {0.0, 0.0, 0.0}};
+  p.rayleigh_known = true;
+  p.rayleigh.covariance = -1e-9;
+  const std::string file = testing::TempDir() + "struna_covariance.toml";
+  write_parameters(p, file);
+  const IdentifiedParameters read = read_parameters(file);
+  std::remove(file.c_str());
+  EXPECT_EQ(read.modulus.laws[0].covariance, p.modulus.laws[0].covariance);
+  EXPECT_EQ(read.loss_factor.laws[0].covariance, p.loss_factor.laws[0].covariance);
+  EXPECT_EQ(read.rayleigh.covariance, p.rayleigh.covariance);
 }
 
 // The study of tests/bench/coverage_bench.cpp on a few experiments. Of 140 intervals at 95 %, 2.6 are lost by
