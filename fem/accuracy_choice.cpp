@@ -9,7 +9,7 @@ namespace struna::fem {
 namespace {
 
 constexpr double window = 0.02;    ///< checked beyond the first touch [s]
-constexpr double interval = 1e-4;  ///< between looks [s]
+constexpr double interval = 2e-5;  ///< between looks [s]; static modes are most wrong just after a touch
 constexpr double share = 0.5;      ///< of the tolerance that a trial may use up
 
 /// Offsets of all points at the looks from the first touch on.
