@@ -22,29 +22,42 @@ LinearProblem wire_problem(const std::string& name, const fem::Centreline& centr
   return problem;
 }
 
-struct Solution {
-  Eigen::VectorXd frequency_hz;
-  Eigen::MatrixXcd response;
-};
-
-Solution solve(const LinearProblem& problem, int elements, int modes, const Eigen::VectorXd& lines) {
+Eigen::VectorXd frequencies(const LinearProblem& problem, int elements, int modes) {
   const fem::Model model = fem::assemble(problem.body, elements);
-  return {fem::natural_frequencies_hz(problem.body, fem::solve_eigenmodes(model, modes).eigenvalue),
-          fem::harmonic_response(model, problem.drive, problem.measurement, lines, {problem.damping, false})
-              .response};
+  return fem::natural_frequencies_hz(problem.body, fem::solve_eigenmodes(model, modes).eigenvalue);
 }
 
-template <class Values>
-Values extrapolated(const Values& coarse, const Values& fine) {
-  return (16.0 * fine - coarse) / 15.0;
+Eigen::MatrixXcd response(const LinearProblem& problem, int elements, const Eigen::VectorXd& lines) {
+  return fem::harmonic_response(fem::assemble(problem.body, elements), problem.drive, problem.measurement,
+                                lines, {problem.damping, false})
+      .response;
 }
 
-/// Modes up to the band's end, by the finest mesh.
+/// Of three meshes, each of twice the elements of the one before: the extrapolated solution, and the error of
+/// it by `error_of(extrapolated from the coarser pair, extrapolated)`.
+template <class Values, class Solve, class Error>
+Values extrapolated(int elements, Solve solve, Error error_of, double& error) {
+  const Values half = solve(elements / 2), coarse = solve(elements / 2 * 2), fine = solve(elements / 2 * 4);
+  const Values rough = (16.0 * coarse - half) / 15.0;
+  const Values result = (16.0 * fine - coarse) / 15.0;
+  error = error_of(rough, result) / 16.0;
+  return result;
+}
+
+int reference_elements(const LinearProblem& problem) {
+  return std::max(fem::recommended_elements(problem.body, problem.band.hi_hz, mesh_tolerance), 12);
+}
+
+std::string reference_text(int elements) {
+  return fmt::format(
+      "extrapolated from {} and {} elements; the same from {} and {} differs by 16 times the error that is "
+      "stated",
+      elements / 2 * 2, elements / 2 * 4, elements / 2, elements / 2 * 2);
+}
+
 int modes_in_band(const LinearProblem& problem, int elements) {
-  const fem::Model model = fem::assemble(problem.body, elements);
   for (int count = 16;; count *= 2) {
-    const Eigen::VectorXd f =
-        fem::natural_frequencies_hz(problem.body, fem::solve_eigenmodes(model, count).eigenvalue);
+    const Eigen::VectorXd f = frequencies(problem, elements, count);
     const auto below = static_cast<int>((f.array() <= problem.band.hi_hz).count());
     if (below < f.size() || f.size() < count) return below;
   }
@@ -71,30 +84,28 @@ int default_elements(const LinearProblem& problem) {
   return mesh_elements(problem.body, problem.band.hi_hz);
 }
 
-LinearReference linear_reference(const LinearProblem& problem, long lines) {
-  const int elements =
-      std::max(fem::recommended_elements(problem.body, problem.band.hi_hz, mesh_tolerance), 12);
+LinearReference response_reference(const LinearProblem& problem, long lines) {
   LinearReference reference;
   reference.line_hz = Eigen::VectorXd::LinSpaced(lines, problem.band.lo_hz, problem.band.hi_hz);
+  const int elements = reference_elements(problem);
+  reference.response = extrapolated<Eigen::MatrixXcd>(
+      elements, [&](int n) { return response(problem, n, reference.line_hz); }, response_error,
+      reference.response_error);
+  reference.text = reference_text(elements);
+  return reference;
+}
+
+LinearReference linear_reference(const LinearProblem& problem, long lines) {
+  LinearReference reference = response_reference(problem, lines);
+  const int elements = reference_elements(problem);
   const int modes = modes_in_band(problem, elements);
   if (modes == 0) {
     throw Error(fmt::format("tradeoff: {} has no natural frequency up to {:g} Hz; a wider band", problem.name,
                             problem.band.hi_hz));
   }
-  const Solution half = solve(problem, elements / 2, modes, reference.line_hz);
-  const Solution coarse = solve(problem, elements / 2 * 2, modes, reference.line_hz);
-  const Solution fine = solve(problem, elements / 2 * 4, modes, reference.line_hz);
-  reference.natural_frequency_hz = extrapolated(coarse.frequency_hz, fine.frequency_hz);
-  reference.response = extrapolated(coarse.response, fine.response);
-  reference.frequency_error =
-      frequency_error(extrapolated(half.frequency_hz, coarse.frequency_hz), reference.natural_frequency_hz) /
-      16.0;
-  reference.response_error =
-      response_error(extrapolated(half.response, coarse.response), reference.response) / 16.0;
-  reference.text = fmt::format(
-      "extrapolated from {} and {} elements; the same from {} and {} differs by 16 times "
-      "the error that is stated",
-      elements / 2 * 2, elements / 2 * 4, elements / 2, elements / 2 * 2);
+  reference.natural_frequency_hz = extrapolated<Eigen::VectorXd>(
+      elements, [&](int n) { return frequencies(problem, n, modes); }, frequency_error,
+      reference.frequency_error);
   return reference;
 }
 

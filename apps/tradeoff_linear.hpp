@@ -43,6 +43,8 @@ struct LinearReference {
 };
 /// `lines`: how many, evenly over the band.
 LinearReference linear_reference(const LinearProblem& problem, long lines);
+/// The same without natural frequencies, which take longer than all lines.
+LinearReference response_reference(const LinearProblem& problem, long lines);
 
 /// Elements that the program takes: the body's own, or those of the automatic choice for the band's end.
 int default_elements(const LinearProblem& problem);

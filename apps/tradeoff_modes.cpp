@@ -235,7 +235,7 @@ std::vector<TradeoffChart> tradeoff_modes(const ModesProblem& problem, const Tra
 std::vector<TradeoffChart> tradeoff_modes(const TradeoffRun& run) {
   std::vector<TradeoffChart> charts;
   for (const double noise : {0.001, 0.01, 0.05}) {
-    for (auto& chart : tradeoff_modes(eight_modes_problem(noise, 3), run)) charts.push_back(std::move(chart));
+    for (auto& chart : tradeoff_modes(eight_modes_problem(noise, 8), run)) charts.push_back(std::move(chart));
   }
   return charts;
 }

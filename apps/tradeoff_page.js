@@ -4,7 +4,7 @@
   const data = JSON.parse(document.getElementById('report-data').textContent);
   const { format } = Axes;
   const { el, table, legend } = Elements;
-  const colours = ['output-0', 'output-1', 'output-2', 'output-3', 'output-4', 'structural', 'ink', 'untrusted'];
+  const colours = ['output-0', 'output-1', 'output-2', 'output-3', 'output-4', 'ink', 'untrusted', 'viscous'];
   const shapes = ['circle', 'rect', 'triangle', 'rectRot'];
   const time = (seconds) => (seconds >= 1 ? `${format(seconds, 3)} s` : seconds >= 1e-3 ? `${format(1e3 * seconds, 3)} ms` : `${format(1e6 * seconds, 3)} µs`);
 

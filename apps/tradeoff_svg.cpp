@@ -231,7 +231,7 @@ std::string below(const Panel& panel, double& y) {
   }
   text += text_at(left, y, "start", "ring: the default; dashed: the Pareto front", "class=\"soft\"");
   y += legend_line + 2.0;
-  for (const auto& line : wrapped(advice(panel.chart), 84)) {
+  for (const auto& line : wrapped(advice(panel.chart), 76)) {
     text += text_at(left, y, "start", line);
     y += text_line;
   }
