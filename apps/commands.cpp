@@ -39,6 +39,7 @@ void add_commands(CLI::App& app) {
   add_identify(app);
   add_eigen(app);
   add_simulate(app);
+  add_tradeoff(app);
 }
 
 }  // namespace

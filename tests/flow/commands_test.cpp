@@ -15,7 +15,7 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 
 const std::vector<std::string> commands = {"frf", "modes", "fit", "predict", "compare",
-                                           "identify", "eigen", "simulate"};
+                                           "identify", "eigen", "simulate", "tradeoff"};
 
 TEST(Commands, HelpListsEveryCommand) {
   const Folder folder;
