@@ -109,12 +109,21 @@ TEST(Tradeoff, TellsFaultsInOneLineAndLeavesNothing) {
   }
 }
 
-TEST(Tradeoff, TakesAnAnalysersFunction) {
+TEST(Tradeoff, TakesAMeasuredFunction) {
   const Folder folder;
-  const auto file = sample_data("slater/case1_frf.csv").string();
+  const auto file = sample_data("curved_wire/true_trfam.csv").string();
   const auto run = run_struna("tradeoff --trfam '" + file + "' -o out", folder);
   ASSERT_EQ(run.exit_code, 0) << run.err;
-  EXPECT_THAT(read_text(folder / "out/tradeoff.csv"), HasSubstr("\nmodes,case1_frf.csv: loss factor,"));
+  EXPECT_THAT(read_text(folder / "out/tradeoff.csv"), HasSubstr("\nmodes,true_trfam.csv: loss factor,"));
+}
+
+TEST(Tradeoff, AFunctionWithoutASoundModeIsNoReference) {
+  const Folder folder;  // its one mode is flagged
+  const auto run =
+      run_struna("tradeoff --trfam '" + sample_data("slater/case1_frf.csv").string() + "' -o out", folder);
+  EXPECT_EQ(run.exit_code, 1);
+  EXPECT_THAT(run.err, HasSubstr("no mode without a flag (1 in all)"));
+  EXPECT_FALSE(fs::exists(folder / "out"));
 }
 
 }  // namespace
