@@ -80,23 +80,6 @@ bool is_force_drive(const fem::Scene& scene) {
   return scene.drive && std::holds_alternative<fem::BodyPoint>(scene.drive->at);
 }
 
-/// A record that was filtered with zeros before its first sample starts with a jump that the support never
-/// made. Tells so when the second difference in the first samples is far above that of the whole record.
-void warn_of_edge(const ident::Record& record, const std::string& file) {
-  const Eigen::VectorXd x = record.samples.col(0);
-  const long n = x.size();
-  if (n < 100) return;
-  const Eigen::VectorXd bend = x.head(n - 2) - 2.0 * x.segment(1, n - 2) + x.tail(n - 2);
-  const double usual = std::sqrt(bend.tail(n - 20).squaredNorm() / static_cast<double>(n - 20));
-  const double first = bend.head(4).cwiseAbs().maxCoeff();
-  if (first > 10.0 * usual) {
-    warn(fmt::format(
-        "{}: the record starts with a jump, {:.0f} times its usual curvature (filtered with zeros before its "
-        "start?): the first tenths of a second of the result answer that jump",
-        file, first / usual));
-  }
-}
-
 /// The motion that the scene asks for; a record's samples are read here.
 fem::MotionHistory motion_of(const fem::Scene& scene) {
   const fem::Excitation& excitation = scene.simulation->excitation;
@@ -117,7 +100,6 @@ fem::MotionHistory motion_of(const fem::Scene& scene) {
                 fmt::format("the record lasts {:g} s, less than the scene's duration = {:g} s", lasts,
                             scene.simulation->duration));
   }
-  if (wanted == ident::Quantity::displacement) warn_of_edge(record, excitation.file);
   return blaming({excitation.file},
                  [&] { return fem::motion_from_samples(record.samples.col(0), record.sample_interval); });
 }
@@ -185,6 +167,10 @@ Rows report_rows(const fem::SimulationReport& report) {
   }
   if (report.tolerance > 0.0)
     add("tolerance asked", fmt::format("{:g} of the largest displacement", report.tolerance));
+  if (report.estimated_error > 0.0) {
+    add("error estimated", fmt::format("{:.2g}, against a refined run up to {:.4g} s", report.estimated_error,
+                                       report.error_checked_until));
+  }
   if (report.step > 0.0) add("step [s]", fmt::format("{:g}", report.step));
   add("steps free + in contact", fmt::format("{} + {}", report.steps.free_steps, report.steps.contact_steps));
   if (report.method == fem::IntegrationMethod::modal) {
@@ -192,6 +178,8 @@ Rows report_rows(const fem::SimulationReport& report) {
         fmt::format("{} + {} + {}{}", report.steps.modes, report.steps.static_modes, report.steps.idle_modes,
                     report.steps.planar ? ", in one plane" : ""));
   }
+  if (report.highest_mode_hz > 0.0)
+    add("modes that follow statically", fmt::format("above {:.4g} Hz", report.highest_mode_hz));
   if (report.energy) {
     const auto& energy = *report.energy;
     add("energy put in [J]", fmt::format("{:.4g}", energy.input));
@@ -281,7 +269,8 @@ SimulationReportContent report_content(const SimulateArguments& arguments, const
   const Band band = excited_band(scene, record);
   content.transfer = record_transfer(record, band);
   const Eigen::VectorXd& lines = content.transfer.spectra.frequency_hz;
-  if (lines.size() > 1) content.linear = without_contact(scene, lines.tail(lines.size() - 1));
+  if (lines.size() > 1) content.linear_at_spectra = without_contact(scene, lines.tail(lines.size() - 1));
+  content.linear = without_contact(scene, content.transfer.function.frequency_hz);
   content.measured = std::move(measured);
   if (content.measured) content.measured->transfer = record_transfer(content.measured->record, band);
   return content;
@@ -339,16 +328,23 @@ void add_simulate(CLI::App& app) {
   simulate->add_option("SCENE", arguments->scene, "scene TOML with [simulation]")->required();
   simulate
       ->add_option("--parameters", arguments->parameters, "identified.toml; may be repeated, one per body")
+      ->type_name("FILE.toml")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  simulate->add_option("-o", arguments->to, "records CSV to write")->required();
+  simulate->add_option("-o", arguments->to, "records CSV to write")->required()->type_name("OUT.csv");
   simulate->add_option("--method", arguments->method, "modal or newmark, instead of the scene's");
-  simulate->add_option("--contacts", arguments->contacts_to,
-                       "CSV of penetration and force per contact point over time");
-  simulate->add_option("--report", arguments->report_to,
-                       "page to write: waveforms, contact map, spectra, transfer functions, energy");
-  simulate->add_option("--against", arguments->against,
-                       "measured records CSV whose motion drives the scene: correlation and levels");
+  simulate
+      ->add_option("--contacts", arguments->contacts_to,
+                   "CSV of penetration and force per contact point over time")
+      ->type_name("OUT.csv");
+  simulate
+      ->add_option("--report", arguments->report_to,
+                   "page to write: waveforms, contact map, spectra, transfer functions, energy")
+      ->type_name("OUT.html");
+  simulate
+      ->add_option("--against", arguments->against,
+                   "measured records CSV whose motion drives the scene: correlation and levels")
+      ->type_name("FILE.csv");
   simulate->footer(
       "Ctrl-C stops a run; what was computed is written, exit code 1.\n"
       "Examples:\n"

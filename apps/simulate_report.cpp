@@ -150,8 +150,8 @@ std::vector<Density> densities(const SimulationReportContent& content, const Vec
     const auto column = static_cast<long>(k);
     Density density{spectra.outputs[k].name, ident::si_unit(spectra.outputs[k].quantity), {}, {}, {}};
     density.simulated = spectra.output_auto.col(column).segment(1, frequency.size());
-    if (content.linear) {
-      for (const auto& output : content.linear->outputs) {
+    if (content.linear_at_spectra) {
+      for (const auto& output : content.linear_at_spectra->outputs) {
         if (output.name != density.name) continue;
         density.linear = output.value.head(frequency.size())
                              .cwiseAbs2()
@@ -209,12 +209,10 @@ json spectra_json(const SimulationReportContent& content) {
 json transfer_json(const SimulationReportContent& content) {
   const auto& transfer = content.transfer;
   if (transfer.function.lines() == 0) return nullptr;
-  json entry = {{"simulated", transfer_function_json(transfer.function)},
-                {"amplitudeRatio", transfer_function_json(transfer.amplitude_ratio)}};
-  if (content.linear) {
-    entry["linear"] = transfer_function_json(
-        ident::restrict_band(*content.linear, transfer.band.lo_hz, transfer.band.hi_hz));
-  }
+  json entry = {{"simulated", transfer_function_json(transfer.function)}};
+  if (transfer.amplitude_ratio.lines() > 0)
+    entry["amplitudeRatio"] = transfer_function_json(transfer.amplitude_ratio);
+  if (content.linear) entry["linear"] = transfer_function_json(*content.linear);
   if (content.measured && content.measured->transfer.function.lines() > 0)
     entry["measured"] = transfer_function_json(content.measured->transfer.function);
   return entry;

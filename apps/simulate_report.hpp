@@ -36,7 +36,8 @@ struct SimulationReportContent {
   std::vector<fem::ContactMap> contacts;
   double highest_hz = 0.0;  ///< where the record's spectra end: the anti-alias filter or Nyquist
   RecordTransfer transfer;
-  std::optional<ident::TransferFunction> linear;  ///< without contact, on the lines of transfer.spectra > 0
+  std::optional<ident::TransferFunction> linear;  ///< without contact, on the lines of transfer.function
+  std::optional<ident::TransferFunction> linear_at_spectra;  ///< and on those of transfer.spectra > 0
   std::optional<MeasuredBeside> measured;
 };
 

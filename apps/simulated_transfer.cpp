@@ -66,12 +66,14 @@ RecordTransfer record_transfer(const ident::Record& record, const Band& band) {
   // A band narrower than some lines (a sine, a record of one) has no function to draw.
   if (band.hi_hz - band.lo_hz < 4.0 * transfer.spectra.resolution_hz) return transfer;
   transfer.band = band;
+  // A sweep is one segment without a taper, which would hide the band's ends: they pass in a moment.
+  const ident::Spectra spectra = ident::welch_spectra(record, record.channels.front().name, outputs, {});
   const auto estimate = [&](ident::Estimator estimator) {
-    return ident::restrict_band(ident::estimate_transfer_function(transfer.spectra, estimator), band.lo_hz,
+    return ident::restrict_band(ident::estimate_transfer_function(spectra, estimator), band.lo_hz,
                                 band.hi_hz);
   };
   transfer.function = estimate(ident::Estimator::h1);
-  transfer.amplitude_ratio = estimate(ident::Estimator::amplitude_ratio);
+  if (spectra.segments > 1.0) transfer.amplitude_ratio = estimate(ident::Estimator::amplitude_ratio);
   return transfer;
 }
 

@@ -15,10 +15,11 @@ namespace struna::apps {
 /// What a record says over frequency. Its first channel is the motion (or force) that drives.
 struct RecordTransfer {
   std::vector<std::string> at_rest;         ///< outputs that never move: left out of all the rest
-  ident::Spectra spectra;                   ///< Welch's, Hann
+  ident::Spectra spectra;                   ///< Welch's, Hann: for densities
   Band band;                                ///< where there is excitation [Hz]; 0, 0: at single lines only
   ident::TransferFunction function;         ///< H1 over the band: the best linear approximation
-  ident::TransferFunction amplitude_ratio;  ///< sqrt(S_yy/S_xx): shows what contact adds by itself
+  ident::TransferFunction amplitude_ratio;  ///< sqrt(S_yy/S_xx): shows what contact adds by itself; empty for
+                                            ///< a sweep, where one segment makes it |H1|
 };
 
 /// `band` as from excited_band().
