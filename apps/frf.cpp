@@ -20,7 +20,7 @@ struct FrfArguments {
   std::vector<std::string> outputs;
   std::string to;
   std::string form = "as-measured";
-  std::string estimator = "h1";
+  std::string estimator = "auto";
   std::string window = "auto";
   std::string band;
   std::vector<std::string> channels;
@@ -83,7 +83,9 @@ Table outputs_table(const ident::TransferFunction& tf) {
 
 void run_frf(FrfArguments& arguments) {
   TransferSettings& settings = arguments.settings;
-  settings.estimator = option_value("--estimator", arguments.estimator, ident::estimator_kind);
+  const ident::EstimatorWord chosen = option_value("--estimator", arguments.estimator, ident::estimator_word);
+  settings.method = chosen.method;
+  settings.estimator = chosen.ratio;
   settings.welch.window = option_value("--window", arguments.window, ident::window_kind);
   if (arguments.form != "as-measured")
     settings.form = option_value("--form", arguments.form, ident::frf_kind);
@@ -99,7 +101,7 @@ void run_frf(FrfArguments& arguments) {
   ident::write_transfer_function(measured.function, arguments.to);
 
   Table table{{"setting", "value"}, {}};
-  for (const auto& [name, value] : transfer_settings_shown(measured, settings))
+  for (const auto& [name, value] : transfer_settings_shown(measured))
     table.rows.push_back({name, value});
   print(table);
   print("");
@@ -128,7 +130,8 @@ void add_frf(CLI::App& app) {
                   "motion quantity; inverts only a drive-point function with one output")
       ->capture_default_str();
   frf->add_option("--estimator", arguments->estimator,
-                  "h1 (noise on the output), h2 (on the input), hv (on both), amplitude-ratio")
+                  "auto (by the records), local, local-polynomial or periodic, none of which leaks; Welch's "
+                  "averages: welch or h1 (noise on the output), h2 (on the input), hv (on both), amplitude-ratio")
       ->capture_default_str();
   frf->add_option("--resolution", welch.resolution_hz,
                   "line spacing [Hz]; default: from the records' duration")

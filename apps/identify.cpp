@@ -135,7 +135,7 @@ std::vector<std::pair<std::string, std::string>> settings_of(const Study& study,
       {"records", fmt::format("{}", fmt::join(study.records, ", "))},
       {"input", study.input},
       {"form", ident::to_string(found.transfer.function.outputs.front().kind)}};
-  for (auto& shown : transfer_settings_shown(found.transfer, study.transfer))
+  for (auto& shown : transfer_settings_shown(found.transfer))
     settings.push_back(std::move(shown));
   settings.emplace_back("mode method", ident::to_string(study.modes.method));
   settings.emplace_back("elements", std::to_string(found.fit.elements));

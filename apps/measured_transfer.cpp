@@ -5,8 +5,13 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ident/noise_floor.hpp"
+#include "ident/resonance_search.hpp"
+
 namespace struna::apps {
 namespace {
+
+constexpr long least_lines = 20;  // of a function in which peaks are looked for
 
 /// Share of the lines at which a condition holds.
 template <class Condition>
@@ -42,18 +47,47 @@ void warn_of_low_coherence(const MeasuredTransfer& measured, std::vector<std::st
     if (top > lowest + 0.1 * (highest - lowest) && top < highest - 0.1 * (highest - lowest)) {
       text += fmt::format("; hardly a line above {:.4g} Hz is coherent: narrow the band (--band)", top);
       // Displacement falls as 1/omega^2, so its sensor's noise is what is left at the top of a band.
-      if (measured.spectra.input.quantity == ident::Quantity::displacement)
+      if (measured.estimate.input.quantity == ident::Quantity::displacement)
         text += "; displacement may have met its noise floor there";
     }
     warnings.push_back(text);
   }
 }
 
-void warn_of_few_averages(const ident::Spectra& spectra, std::vector<std::string>& warnings) {
-  if (spectra.effective_averages > 1.01 && spectra.effective_averages < 5.0)
+void warn_of_few_averages(const ident::TransferEstimate& estimate, std::vector<std::string>& warnings) {
+  if (estimate.effective_averages > 1.01 && estimate.effective_averages < 5.0)
     warnings.push_back(fmt::format(
         "only {:.1f} effective averages: coherence reads high (by up to {:.2f}) and sigma scatters",
-        spectra.effective_averages, 1.0 / spectra.effective_averages));
+        estimate.effective_averages, 1.0 / estimate.effective_averages));
+}
+
+/// Resonances narrower than the estimator can follow. Hits and sweeps decay within their one segment: there
+/// the line spacing does not limit them.
+void warn_of_few_lines(const ident::TransferEstimate& estimate, const ident::TransferFunction& tf,
+                       std::vector<std::string>& warnings) {
+  using ident::EstimateMethod;
+  const bool welch = estimate.method == EstimateMethod::welch;
+  if ((welch && estimate.window != ident::Window::hann) || tf.lines() < least_lines) return;
+  const double least = ident::fewest_lines_in_half_power_band(estimate.method);
+  std::vector<std::string> narrow;
+  const ident::TransferFunction form =
+      ident::to_circle_form(ident::with_noise_floor(tf), fem::Damping::structural);
+  for (const ident::Pole& pole : ident::find_peaks(form)) {
+    const double lines = ident::bandwidth_hz(pole) / estimate.independent_line_hz;
+    if (lines < least) narrow.push_back(fmt::format("{:.4g} Hz ({:.1f})", pole.natural_frequency_hz, lines));
+  }
+  if (narrow.empty()) return;
+  const std::size_t shown = std::min<std::size_t>(narrow.size(), 5);
+  const bool leaks = welch || estimate.method == EstimateMethod::local_polynomial;
+  const char* const effect = leaks ? "damping reads too high" : "damping is uncertain";
+  const char* const cure = welch ? "use --estimator local, a finer resolution or longer records"
+                           : estimate.method == EstimateMethod::periodic ? "use a longer period"
+                                                                         : "record for longer";
+  warnings.push_back(fmt::format(
+      "fewer than {:.0f} lines of {:.3g} Hz in the half-power band at {}{}: {}; {}", least,
+      estimate.independent_line_hz,
+      fmt::join(narrow.begin(), narrow.begin() + static_cast<long>(shown), ", "),
+      narrow.size() > shown ? fmt::format(" and {} more", narrow.size() - shown) : "", effect, cure));
 }
 
 }  // namespace
@@ -63,35 +97,42 @@ MeasuredTransfer measure_transfer(const std::vector<std::string>& records, const
                                   const std::map<std::string, ident::ChannelCorrection>& corrections,
                                   const TransferSettings& settings) {
   MeasuredTransfer measured;
-  measured.spectra = ident::welch_spectra(records, input, outputs, settings.welch, corrections);
-  measured.function = ident::estimate_transfer_function(measured.spectra, settings.estimator);
+  measured.estimate = ident::estimate_transfer(
+      records, input, outputs, {settings.method, settings.estimator, settings.welch}, corrections);
+  measured.function = std::move(measured.estimate.function);
   if (settings.band)
     measured.function = ident::restrict_band(measured.function, settings.band->lo_hz, settings.band->hi_hz);
   if (settings.form) measured.function = ident::convert(measured.function, *settings.form);
-  measured.warnings = measured.spectra.warnings;
-  warn_of_few_averages(measured.spectra, measured.warnings);
+  measured.warnings = measured.estimate.warnings;
+  warn_of_few_averages(measured.estimate, measured.warnings);
   warn_of_low_coherence(measured, measured.warnings);
+  warn_of_few_lines(measured.estimate, measured.function, measured.warnings);
   return measured;
 }
 
-std::vector<std::pair<std::string, std::string>> transfer_settings_shown(const MeasuredTransfer& measured,
-                                                                         const TransferSettings& settings) {
-  const ident::Spectra& spectra = measured.spectra;
+std::vector<std::pair<std::string, std::string>> transfer_settings_shown(const MeasuredTransfer& measured) {
+  const ident::TransferEstimate& estimate = measured.estimate;
   const ident::TransferFunction& tf = measured.function;
+  const bool welch = estimate.method == ident::EstimateMethod::welch;
   std::vector<std::pair<std::string, std::string>> shown{
-      {"estimator", ident::to_string(settings.estimator)},
-      {"window", ident::to_string(spectra.window)},
-      {"resolution", fmt::format("{:.6g} Hz", spectra.resolution_hz)},
-      {"segments", fmt::format("{:.0f}", spectra.segments)},
-      {"effective averages", fmt::format("{:.1f}", spectra.effective_averages)},
-      {"sample rate", fmt::format("{:.6g} Hz", 1.0 / spectra.sample_interval)},
-      {"band", fmt::format("{:.6g} to {:.6g} Hz, {} lines", tf.frequency_hz[0],
-                           tf.frequency_hz[tf.lines() - 1], tf.lines())},
-  };
-  if (spectra.exponential_decay > 0.0)
+      {"estimator",
+       (welch ? ident::to_string(estimate.ratio) + ", " : "") + ident::to_string(estimate.method)},
+      {"chosen because", estimate.reason}};
+  if (welch) shown.emplace_back("window", ident::to_string(estimate.window));
+  shown.emplace_back("resolution", fmt::format("{:.6g} Hz", estimate.resolution_hz));
+  if (estimate.effective_averages > 0.0) {
+    shown.emplace_back(welch ? "segments" : "periods", fmt::format("{:.0f}", estimate.segments));
+    shown.emplace_back("effective averages", fmt::format("{:.1f}", estimate.effective_averages));
+  } else {
+    shown.emplace_back("records", fmt::format("{:.0f}", estimate.segments));
+  }
+  shown.emplace_back("sample rate", fmt::format("{:.6g} Hz", 1.0 / estimate.sample_interval));
+  shown.emplace_back("band", fmt::format("{:.6g} to {:.6g} Hz, {} lines", tf.frequency_hz[0],
+                                         tf.frequency_hz[tf.lines() - 1], tf.lines()));
+  if (tf.exponential_decay > 0.0)
     shown.emplace_back(
         "exponential decay",
-        fmt::format("{:.6g} 1/s, taken out of the damping by struna modes", spectra.exponential_decay));
+        fmt::format("{:.6g} 1/s, taken out of the damping by struna modes", tf.exponential_decay));
   return shown;
 }
 

@@ -10,7 +10,7 @@ namespace struna::apps {
 
 /// What `struna frf` and `struna identify` make of records.
 struct MeasuredTransfer {
-  ident::Spectra spectra;
+  ident::TransferEstimate estimate;   ///< how it was made; its function has moved to `function`
   ident::TransferFunction function;   ///< in the form and band asked for
   std::vector<std::string> warnings;  ///< what a user should look at, a line each
 };
@@ -20,9 +20,8 @@ MeasuredTransfer measure_transfer(const std::vector<std::string>& records, const
                                   const std::map<std::string, ident::ChannelCorrection>& corrections,
                                   const TransferSettings& settings);
 
-/// How the function was made: resolution, segments, averages, window, estimator, form, band … as name and
+/// How the function was made: estimator and why, resolution, segments, averages, window, band … as name and
 /// value.
-std::vector<std::pair<std::string, std::string>> transfer_settings_shown(const MeasuredTransfer& measured,
-                                                                         const TransferSettings& settings);
+std::vector<std::pair<std::string, std::string>> transfer_settings_shown(const MeasuredTransfer& measured);
 
 }  // namespace struna::apps

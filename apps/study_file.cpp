@@ -16,7 +16,7 @@ auto word(TomlTable& table, const std::string& key, Reader read) {
   try {
     return read(text);
   } catch (const Error& fault) {
-    throw table.error(key, std::string("is not understood: ") + fault.what());
+    throw table.error(key, std::string("is not understood: ") + fault.reason());
   }
 }
 
@@ -43,7 +43,11 @@ TransferSettings read_transfer(TomlTable table) {
     throw table.error("exponential_end", fmt::format("must be below 1, got {}", welch.exponential_end));
   }
   welch.impact = table.flag("impact", welch.impact);
-  if (table.has("estimator")) settings.estimator = word(table, "estimator", ident::estimator_kind);
+  if (table.has("estimator")) {
+    const ident::EstimatorWord chosen = word(table, "estimator", ident::estimator_word);
+    settings.method = chosen.method;
+    settings.estimator = chosen.ratio;
+  }
   if (table.has("form") && table.text("form") != "as-measured")
     settings.form = word(table, "form", ident::frf_kind);
   if (table.has("band")) settings.band = table.band("band");

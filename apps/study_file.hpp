@@ -8,15 +8,15 @@
 #include "apps/usage.hpp"
 #include "ident/mode_identification.hpp"
 #include "ident/parameter_identification.hpp"
-#include "ident/spectra.hpp"
-#include "ident/transfer_function.hpp"
+#include "ident/transfer_estimate.hpp"
 
 namespace struna::apps {
 
 /// [transfer]: what `struna frf` takes.
 struct TransferSettings {
+  ident::EstimateMethod method = ident::EstimateMethod::automatic;
+  ident::Estimator estimator = ident::Estimator::h1;  ///< Welch's ratio
   ident::WelchOptions welch;
-  ident::Estimator estimator = ident::Estimator::h1;
   std::optional<ident::FrfKind> form;  ///< none: as measured
   std::optional<Band> band;            ///< none: every line above 0 Hz
 };

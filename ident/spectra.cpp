@@ -1,60 +1,21 @@
 #include "ident/spectra.hpp"
 
-#include <fftw3.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <functional>
-#include <mutex>
 #include <numbers>
 
 #include "fem/error.hpp"
+#include "ident/excitation.hpp"
+#include "ident/fft.hpp"
 #include "ident/hit.hpp"
+#include "ident/repeats.hpp"
 
 namespace struna::ident {
 namespace {
 
-constexpr double segments_per_duration = 7.5;
-constexpr double longest_segment = 100.0;    // [s], so that memory stays bounded however long the record
-constexpr double passing_excitation = 0.25;  // participation below: see Averager::participation
-constexpr long fewest_samples = 16;          // of a segment
-
-/// Real transform of a fixed length. FFTW_ESTIMATE: the same digits in every run.
-class Fft {
- public:
-  explicit Fft(long length)
-      : length_(length),
-        in_(fftw_alloc_real(static_cast<std::size_t>(length))),
-        out_(fftw_alloc_complex(static_cast<std::size_t>(length / 2 + 1))) {
-    const std::lock_guard lock(planner());
-    plan_ = fftw_plan_dft_r2c_1d(static_cast<int>(length), in_, out_, FFTW_ESTIMATE);
-  }
-  ~Fft() {
-    const std::lock_guard lock(planner());
-    fftw_destroy_plan(plan_);
-    fftw_free(in_);
-    fftw_free(out_);
-  }
-  Fft(const Fft&) = delete;
-  Fft& operator=(const Fft&) = delete;
-
-  Eigen::Map<Eigen::VectorXd> input() { return {in_, length_}; }
-  Eigen::Map<const Eigen::VectorXcd> transform() {
-    fftw_execute(plan_);
-    return {reinterpret_cast<const std::complex<double>*>(out_), length_ / 2 + 1};
-  }
-
- private:
-  static std::mutex& planner() {  // FFTW's planner is not thread-safe
-    static std::mutex mutex;
-    return mutex;
-  }
-  long length_;
-  double* in_;
-  fftw_complex* out_;
-  fftw_plan plan_ = nullptr;
-};
+constexpr long fewest_samples = 16;  // of a segment
 
 /// Sums of products of segment spectra; column 0 of a segment is the input.
 class Averager {
@@ -83,20 +44,8 @@ class Averager {
     ++segments_;
   }
 
-  /// The share of the segments that carry a line's input power, (sum p)^2 / (K sum p^2) with p = |X|^2, as a
-  /// mean over the lines weighted by amplitude. Steady excitation has 1, normal noise about 1/2, a sweep that
-  /// passes a line in one or two of K segments 1/K to 2/K.
-  double participation() const {
-    double sum = 0.0;
-    double weight = 0.0;
-    for (long i = 1; i < square_.size(); ++i) {
-      if (square_[i] == 0.0) continue;
-      const double power = auto_(i, 0);
-      sum += std::sqrt(power) * power * power / (static_cast<double>(segments_) * square_[i]);
-      weight += std::sqrt(power);
-    }
-    return weight > 0.0 ? sum / weight : 1.0;
-  }
+  /// Whether the excitation passes over the lines one after the other.
+  bool passes() const { return participation(auto_.col(0), square_, segments_) < passing_excitation; }
 
   long segments() const { return segments_; }
 
@@ -122,20 +71,6 @@ class Averager {
   long segments_ = 0;
 };
 
-/// One record of the setup, wherever it is.
-struct Rows {
-  std::function<long(Eigen::MatrixXd&, long)> read;
-  std::function<double()> sample_interval;  ///< after reading
-};
-struct Repeat {
-  std::string name;
-  double sample_interval = 0.0;  ///< from its first rows [s]
-  long samples = 0;  ///< 0 where the plan does not depend on them: counting costs a scan of the file
-
-  std::function<Rows()> open;
-  double duration() const { return static_cast<double>(samples) * sample_interval; }
-};
-
 struct Plan {
   Window window = Window::hann;
   bool whole = false;  ///< one segment per record
@@ -158,17 +93,6 @@ void check(const WelchOptions& options) {
         "an exponential window is for impact tests only: set impact (--impact), or use hann or rectangular");
 }
 
-std::vector<std::string> columns_of(const std::string& input, const std::vector<std::string>& outputs) {
-  if (outputs.empty()) throw Error("welch_spectra: at least one output is needed");
-  std::vector<std::string> columns{input};
-  for (const auto& output : outputs) {
-    if (std::find(columns.begin(), columns.end(), output) != columns.end())
-      throw Error(fmt::format("welch_spectra: column '{}' is named twice among input and outputs", output));
-    columns.push_back(output);
-  }
-  return columns;
-}
-
 Plan plan_whole(const std::vector<Repeat>& repeats, const WelchOptions& options) {
   Plan plan{options.window == Window::exponential ? Window::exponential : Window::rectangular, true, 0, 0};
   for (const Repeat& repeat : repeats) plan.length = std::max(plan.length, repeat.samples);
@@ -178,16 +102,8 @@ Plan plan_whole(const std::vector<Repeat>& repeats, const WelchOptions& options)
 }
 
 Plan plan_segments(const std::vector<Repeat>& repeats, const WelchOptions& options) {
-  double duration = options.resolution_hz > 0.0 ? 1.0 / options.resolution_hz : 0.0;
-  if (duration == 0.0) {
-    double shortest = longest_segment;
-    for (const Repeat& repeat : repeats) {
-      const double own = repeat.duration();
-      duration += own / segments_per_duration;
-      shortest = std::min(shortest, own);
-    }
-    duration = std::min(duration, shortest);
-  }
+  const double duration =
+      options.resolution_hz > 0.0 ? 1.0 / options.resolution_hz : automatic_segment(repeats);
   Plan plan;
   plan.length = std::lround(duration / repeats[0].sample_interval);
   if (options.resolution_hz == 0.0)  // rounding must not ask for a sample more than there is
@@ -201,13 +117,7 @@ Plan plan_segments(const std::vector<Repeat>& repeats, const WelchOptions& optio
 }
 
 void check(const Plan& plan, const std::vector<Repeat>& repeats) {
-  const double dt = repeats[0].sample_interval;
-  for (const Repeat& repeat : repeats)
-    if (std::abs(repeat.sample_interval / dt - 1.0) > 1e-3)
-      throw Error(
-          repeat.name, 0,
-          fmt::format("has a sample interval of {:.6g} s, {} has {:.6g} s: repeats must be sampled alike",
-                      repeat.sample_interval, repeats[0].name, dt));
+  check_sampled_alike(repeats);
   if (plan.length < fewest_samples)
     throw Error(
         repeats[0].name, 0,
@@ -250,22 +160,10 @@ long add_segments(const Repeat& repeat, Rows& rows, const Plan& plan, const Eige
   return segments;
 }
 
-Eigen::MatrixXd read_all(const Repeat& repeat, Rows& rows, long channels) {
-  Eigen::MatrixXd samples(repeat.samples, channels);
-  Eigen::MatrixXd block;
-  long filled = 0;
-  while (const long got = rows.read(block, 4096)) {
-    if (filled + got > samples.rows()) throw Error(repeat.name, 0, "has changed while it was read");
-    samples.middleRows(filled, got) = block.topRows(got);
-    filled += got;
-  }
-  return samples.topRows(filled);
-}
-
 /// The whole record as one segment, at rest values taken out, followed by zeros up to the plan's length.
 void add_whole(const Repeat& repeat, Rows& rows, const Plan& plan, const WelchOptions& options, long channels,
                Averager& averager, Spectra& spectra) {
-  Eigen::MatrixXd samples = read_all(repeat, rows, channels);
+  Eigen::MatrixXd samples = read_whole(repeat, rows, channels);
   Eigen::VectorXd taper = Eigen::VectorXd::Ones(plan.length);
   if (options.impact) {
     if (samples.rows() > plan.length) samples = samples.topRows(plan.length).eval();
@@ -301,7 +199,7 @@ bool passes_over_lines(const Repeat& repeat, long channels, const WelchOptions& 
   Averager averager(plan.length, channels);
   Rows rows = repeat.open();
   add_segments(repeat, rows, plan, hann_window(plan.length), channels, averager);
-  return averager.participation() < passing_excitation;
+  return averager.passes();
 }
 
 /// A delay tau of a channel multiplied its spectrum by exp(-i omega tau).
@@ -350,7 +248,7 @@ Spectra estimate(const std::vector<Repeat>& repeats, const std::vector<Channel>&
     sample_interval += rows.sample_interval() / static_cast<double>(repeats.size());
   }
   // One or two records: their own segments tell whether they should have been taken whole.
-  if (undecided && repeats.size() <= 2 && averager.participation() < passing_excitation) {
+  if (undecided && repeats.size() <= 2 && averager.passes()) {
     WelchOptions whole = options;
     whole.window = Window::rectangular;
     return estimate(repeats, channels, whole);
@@ -375,64 +273,16 @@ Spectra welch_spectra(const std::vector<std::string>& files, const std::string& 
                       const std::vector<std::string>& outputs, const WelchOptions& options,
                       const std::map<std::string, ChannelCorrection>& corrections) {
   check(options);
-  if (files.empty()) throw Error("welch_spectra: at least one record is needed");
-  const std::vector<std::string> columns = columns_of(input, outputs);
-  std::vector<Repeat> repeats;
-  std::vector<Channel> channels;
-  for (const std::string& file : files) {
-    RecordReader head(file, columns, corrections);
-    Eigen::MatrixXd first_rows;
-    head.read(first_rows, 1000);
-    const auto& there = head.channels();
-    if (channels.empty()) channels = there;
-    for (std::size_t k = 0; k < channels.size(); ++k)
-      if (there[k].quantity != channels[k].quantity)
-        throw Error(
-            file, 1,
-            fmt::format("column '{}' is in {} here and in {} in {}: repeats must measure the same",
-                        columns[k], si_unit(there[k].quantity), si_unit(channels[k].quantity), files[0]));
-    const bool by_length = options.impact || options.resolution_hz == 0.0;
-    repeats.push_back(
-        {file, head.sample_interval(), by_length ? count_rows(file) : 0, [file, columns, corrections] {
-           auto reader = std::make_shared<RecordReader>(file, columns, corrections);
-           return Rows{[reader](Eigen::MatrixXd& block, long rows) { return reader->read(block, rows); },
-                       [reader] { return reader->sample_interval(); }};
-         }});
-  }
-  return estimate(repeats, channels, options);
+  const bool by_length = options.impact || options.resolution_hz == 0.0;
+  const Repeats repeats = open_repeats(files, input, outputs, corrections, by_length);
+  return estimate(repeats.records, repeats.channels, options);
 }
 
 Spectra welch_spectra(const Record& record, const std::string& input, const std::vector<std::string>& outputs,
                       const WelchOptions& options) {
   check(options);
-  if (!record.samples.allFinite()) throw Error("welch_spectra: the record holds values that are not finite");
-  if (!(record.sample_interval > 0.0))
-    throw Error(
-        fmt::format("welch_spectra: sample interval must be positive, got {}", record.sample_interval));
-  std::vector<Channel> channels;
-  std::vector<long> column;
-  for (const std::string& name : columns_of(input, outputs)) {
-    const auto found = std::find_if(record.channels.begin(), record.channels.end(),
-                                    [&name](const Channel& channel) { return channel.name == name; });
-    if (found == record.channels.end())
-      throw Error(fmt::format("welch_spectra: the record has no channel '{}'", name));
-    channels.push_back(*found);
-    column.push_back(found - record.channels.begin());
-  }
-  const auto open = [&record, &column] {
-    const auto next = std::make_shared<long>(0);
-    return Rows{[&record, &column, next](Eigen::MatrixXd& block, long rows) {
-                  const long got = std::min(rows, record.samples.rows() - *next);
-                  block.resize(rows, static_cast<long>(column.size()));
-                  for (std::size_t k = 0; k < column.size(); ++k)
-                    block.col(static_cast<long>(k)).head(got) =
-                        record.samples.col(column[k]).segment(*next, got);
-                  *next += got;
-                  return got;
-                },
-                [&record] { return record.sample_interval; }};
-  };
-  return estimate({{"record", record.sample_interval, record.samples.rows(), open}}, channels, options);
+  const Repeats repeats = open_repeats(record, input, outputs);
+  return estimate(repeats.records, repeats.channels, options);
 }
 
 }  // namespace struna::ident

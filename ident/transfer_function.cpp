@@ -183,6 +183,14 @@ std::string to_string(Estimator estimator) {
   return estimators[static_cast<std::size_t>(estimator)];
 }
 
+TransferFunction::Output empty_output(const Channel& output, const Channel& input) {
+  TransferFunction::Output empty;
+  empty.name = output.name;
+  empty.kind = kind_of(output.quantity, input.quantity);
+  empty.unit = unit_of(output.quantity, input.quantity);
+  return empty;
+}
+
 TransferFunction estimate_transfer_function(const Spectra& spectra, Estimator estimator) {
   const std::vector<long> lines = usable_lines(spectra, estimator);
   if (lines.empty()) throw Error("estimate_transfer_function: no line has any power");
@@ -193,10 +201,7 @@ TransferFunction estimate_transfer_function(const Spectra& spectra, Estimator es
   tf.frequency_hz = spectra.frequency_hz(lines);
   for (long k = 0; k < spectra.cross.cols(); ++k) {
     const Channel& channel = spectra.outputs[static_cast<std::size_t>(k)];
-    TransferFunction::Output output;
-    output.name = channel.name;
-    output.kind = kind_of(channel.quantity, spectra.input.quantity);
-    output.unit = unit_of(channel.quantity, spectra.input.quantity);
+    TransferFunction::Output output = empty_output(channel, spectra.input);
     output.value.resize(count);
     if (averaged) output.coherence.resize(count);
     if (averaged) output.sigma.resize(count);

@@ -43,6 +43,9 @@ struct TransferFunction {
   long lines() const { return frequency_hz.size(); }
 };
 
+/// Name, kind and unit of a channel over the input, without values.
+TransferFunction::Output empty_output(const Channel& output, const Channel& input);
+
 enum class Estimator { h1, h2, hv, amplitude_ratio };
 Estimator estimator_kind(const std::string& word);  ///< throws Error on another word
 std::string to_string(Estimator estimator);

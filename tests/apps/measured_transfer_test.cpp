@@ -83,16 +83,63 @@ TEST(MeasuredTransfer, FewAveragesAreWarnedOf) {
               ElementsAre(HasSubstr("effective averages")));
 }
 
+std::map<std::string, std::string> shown(const std::string& file, const TransferSettings& settings) {
+  const auto pairs = transfer_settings_shown(measure(file, settings));
+  return {pairs.begin(), pairs.end()};
+}
+
 TEST(MeasuredTransfer, SettingsAreShownAsTheyWereUsed) {
   const tests::Folder folder;
-  const TransferSettings settings;
-  const auto shown = transfer_settings_shown(measure(record(folder, 30.0, 0.0), settings), settings);
-  const std::map<std::string, std::string> by_name(shown.begin(), shown.end());
-  EXPECT_EQ(by_name.at("window"), "hann");
-  EXPECT_EQ(by_name.at("resolution"), "0.25 Hz");
-  EXPECT_EQ(by_name.at("segments"), "20");
-  EXPECT_EQ(by_name.at("sample rate"), "1000 Hz");
-  EXPECT_EQ(by_name.count("exponential decay"), 0U);
+  const std::string file = record(folder, 30.0, 0.0);
+  const auto automatic = shown(file, {});
+  EXPECT_EQ(automatic.at("estimator"), "local rational model");
+  EXPECT_EQ(automatic.at("chosen because"), "steady excitation that does not repeat itself");
+  EXPECT_EQ(automatic.at("resolution"), "0.25 Hz");
+  EXPECT_EQ(automatic.at("records"), "1");
+  EXPECT_EQ(automatic.at("sample rate"), "1000 Hz");
+  EXPECT_EQ(automatic.count("window"), 0U);
+  EXPECT_EQ(automatic.count("exponential decay"), 0U);
+  TransferSettings settings;
+  settings.method = ident::EstimateMethod::welch;
+  const auto welch = shown(file, settings);
+  EXPECT_EQ(welch.at("estimator"), "h1, Welch");
+  EXPECT_EQ(welch.at("chosen because"), "asked for");
+  EXPECT_EQ(welch.at("window"), "hann");
+  EXPECT_EQ(welch.at("segments"), "20");
+}
+
+// A resonance at 100 Hz of zeta 0.1 %: six lines of 30 s in its half-power band, less than one of a segment.
+TEST(MeasuredTransfer, ResonancesTooNarrowForTheEstimatorAreWarnedOf) {
+  const tests::Folder folder;
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  ident::Record made;
+  made.sample_interval = 1e-3;
+  made.channels = {{"force", ident::Quantity::force, 0.0},
+                   {"displacement", ident::Quantity::displacement, 0.0}};
+  made.samples.resize(30000, 2);
+  const double decay = 2e-3 * M_PI * 100.0 * made.sample_interval;
+  const double turn = 2.0 * M_PI * 100.0 * made.sample_interval;
+  double y1 = 0.0, y2 = 0.0;
+  for (long i = 0; i < made.samples.rows(); ++i) {
+    const double x = normal(random),
+                 y = x + 2.0 * std::exp(-0.5 * decay) * std::cos(turn) * y1 - std::exp(-decay) * y2;
+    made.samples.row(i) << x, y;
+    y2 = y1;
+    y1 = y;
+  }
+  const std::string file = (folder / "narrow.csv").string();
+  ident::write_record(made, file);
+  const auto warnings = [&](ident::EstimateMethod method) {
+    TransferSettings settings;
+    settings.method = method;
+    return measure_transfer({file}, "force", {"displacement"}, {}, settings).warnings;
+  };
+  EXPECT_THAT(warnings(ident::EstimateMethod::welch),
+              testing::Contains(AllOf(HasSubstr("fewer than 10 lines"), HasSubstr("at 100 Hz"),
+                                      HasSubstr("damping reads too high"), HasSubstr("--estimator local"))));
+  EXPECT_THAT(warnings(ident::EstimateMethod::automatic),
+              testing::Not(testing::Contains(HasSubstr("fewer than"))));
 }
 
 }  // namespace

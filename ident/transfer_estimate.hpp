@@ -1,0 +1,78 @@
+#pragma once
+
+#include <map>
+#include <string>
+#include <vector>
+
+#include "ident/repeats.hpp"
+#include "ident/transfer_function.hpp"
+
+namespace struna::ident {
+
+/// How records become transfer functions.
+enum class EstimateMethod {
+  automatic,         ///< chosen from the record, see estimate_transfer
+  welch,             ///< averaged segments (spectra.hpp)
+  local_rational,    ///< local_model.hpp
+  local_polynomial,  ///< local_model.hpp
+  periodic           ///< mean over whole periods (periodic.hpp)
+};
+std::string to_string(EstimateMethod method);
+
+/// The words of --estimator: auto, local, local-polynomial, periodic; welch and its ratios h1 (the same as
+/// welch), h2, hv, amplitude-ratio. Throws Error on another word.
+struct EstimatorWord {
+  EstimateMethod method = EstimateMethod::automatic;
+  Estimator ratio = Estimator::h1;
+};
+EstimatorWord estimator_word(const std::string& word);
+
+struct EstimateOptions {
+  EstimateMethod method = EstimateMethod::automatic;
+  Estimator ratio = Estimator::h1;  ///< of Welch's spectra
+  WelchOptions welch;  ///< resolution_hz is every method's line spacing, but for the periodic one
+};
+
+struct TransferEstimate {
+  TransferFunction function;
+  EstimateMethod method = EstimateMethod::welch;  ///< the one taken, never automatic
+  Estimator ratio = Estimator::h1;                ///< Welch's
+  std::string reason;                             ///< why this one
+  Channel input;
+  double sample_interval = 0.0;  ///< [s]
+  double resolution_hz = 0.0;    ///< line spacing
+  double independent_line_hz =
+      0.0;                          ///< what one line of the data is worth: 1/(length of a segment or record)
+  double segments = 0.0;            ///< Welch: segments; periodic: periods; local: records
+  double effective_averages = 0.0;  ///< Welch's and the periodic one's
+  Window window = Window::rectangular;  ///< Welch's
+  std::vector<std::string> warnings;
+};
+
+/// The fewest independent lines in a half-power band at which a loss factor can be trusted: with a Hann
+/// window (10) its bias is then about 1 %, with a local polynomial (30) 2 %; a local rational model (2) shows
+/// none at one line with 1 % noise, but a resonance narrower than that is hard to tell from noise. Means over
+/// periods (3) have none: there it is the fit that needs lines. See docs/local_model.md.
+double fewest_lines_in_half_power_band(EstimateMethod method);
+
+/// Transfer functions from the records of one setup. The automatic choice, in this order:
+///  1. Welch, where the options speak of segments: an impact test, a window, a ratio other than h1;
+///  2. Welch, where the records hold more than `most_values` numbers: it streams;
+///  3. periodic, where all records repeat the first one's period (find_period);
+///  4. Welch with one segment per record, where the excitation passes over the lines (passes_over_lines);
+///  5. Welch, where the resolution asked for leaves too few lines of the records in a local model's window;
+///  6. the local rational model.
+/// Its lines are 7.5 of the record's apart, or half of that where a resonance has fewer than six such lines
+/// in its half-power band, unless a resolution is asked for. Methods other than Welch hold the spectra of all
+/// records in memory, which are as large as the records, and one record beside them (the periodic one: all).
+/// Throws Error for options that the method cannot follow, and where the method asked for does not suit the
+/// record.
+TransferEstimate estimate_transfer(const std::vector<std::string>& files, const std::string& input,
+                                   const std::vector<std::string>& outputs, const EstimateOptions& options,
+                                   const std::map<std::string, ChannelCorrection>& corrections = {});
+TransferEstimate estimate_transfer(const Record& record, const std::string& input,
+                                   const std::vector<std::string>& outputs, const EstimateOptions& options);
+
+inline constexpr long most_values = 1L << 26;  ///< 512 MiB
+
+}  // namespace struna::ident
