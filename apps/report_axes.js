@@ -28,7 +28,11 @@ const Axes = (() => {
   function linearTicks(lo, hi, count) {
     const raw = (hi - lo) / count;
     const power = 10 ** Math.floor(Math.log10(raw));
-    const step = [1, 2, 5, 10].find((m) => m * power >= raw * (1 - 1e-9)) * power;
+    const steps = [10, 5, 2, 1, 0.5].map((m) => m * power).filter((s, k) => k === 0 || s >= raw / 2.6);
+    const fits = steps.filter((s) => s >= raw * (1 - 1e-9)).pop();
+    // One tick tells no scale: then a finer step than there would be room for.
+    const inside = (s) => Math.floor(hi / s + 1e-6) - Math.ceil(lo / s - 1e-6) + 1;
+    const step = inside(fits) > 1 ? fits : steps.find((s) => s < fits && inside(s) > 1) || fits;
     const decimals = Math.max(0, -Math.floor(Math.log10(step * (1 + 1e-9))));
     const largest = Math.max(Math.abs(lo), Math.abs(hi));
     const text = (value) => (decimals > 5 || largest >= 1e6 ? format(value, 5) : minus(value.toFixed(decimals)));
