@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <cmath>
 #include <memory>
 
 #include "apps/commands.hpp"
@@ -16,6 +17,7 @@ struct CompareArguments {
   std::string predicted;
   std::string to;
   std::string band;
+  bool peaks = false;
 };
 
 ident::TransferFunction read_with_warnings(const std::string& file) {
@@ -25,13 +27,22 @@ ident::TransferFunction read_with_warnings(const std::string& file) {
   return tf;
 }
 
+/// What is not defined, as the error of an output that is predicted as zero, is a dash.
+std::string shown(double value, const char* pattern) {
+  return std::isfinite(value) ? fmt::format(fmt::runtime(pattern), value) : "-";
+}
+
 Table outputs_table(const ident::Comparison& comparison) {
-  Table table{{"output", "FRAC", "error [dB]", "mean [dB]", "largest [dB]", "lines"}, {}};
+  Table table{{"output", "FRAC", "error [dB]", "mean [dB]", "largest [dB]", "lines", "peaks", "peak f [%]",
+               "peak level [dB]"},
+              {}};
   for (const ident::OutputComparison& output : comparison.outputs) {
-    table.rows.push_back({output.output, fmt::format("{:.5f}", output.frac),
-                          fmt::format("{:.3f}", output.log_magnitude_error_db),
-                          fmt::format("{:+.3f}", output.mean_db), fmt::format("{:.2f}", output.largest_db),
-                          fmt::format("{}", output.lines)});
+    table.rows.push_back({output.output, shown(output.frac, "{:.5f}"),
+                          shown(output.log_magnitude_error_db, "{:.3f}"), shown(output.mean_db, "{:+.3f}"),
+                          shown(output.largest_db, "{:.2f}"), fmt::format("{}", output.lines),
+                          fmt::format("{}", output.peaks.size()),
+                          shown(100.0 * peak_frequency_error(output), "{:.3f}"),
+                          shown(peak_amplitude_error_db(output), "{:.2f}")});
   }
   return table;
 }
@@ -41,9 +52,9 @@ Table peaks_table(const ident::Comparison& comparison) {
   for (const ident::OutputComparison& output : comparison.outputs) {
     for (const ident::PeakDifference& peak : output.peaks) {
       table.rows.push_back({output.output, fmt::format("{:.3f}", peak.measured_hz),
-                            fmt::format("{:.3f}", peak.predicted_hz),
-                            fmt::format("{:+.3f}", 100.0 * (peak.predicted_hz / peak.measured_hz - 1.0)),
-                            fmt::format("{:+.2f}", peak.amplitude_db)});
+                            shown(peak.predicted_hz, "{:.3f}"),
+                            shown(100.0 * (peak.predicted_hz / peak.measured_hz - 1.0), "{:+.3f}"),
+                            shown(peak.amplitude_db, "{:+.2f}")});
     }
   }
   return table;
@@ -66,8 +77,10 @@ void run_compare(const CompareArguments& arguments) {
 
   print(fmt::format("{:.6g} to {:.6g} Hz", comparison.lo_hz, comparison.hi_hz));
   print(outputs_table(comparison));
-  print("");
-  print(peaks_table(comparison));
+  if (arguments.peaks) {
+    print("");
+    print(peaks_table(comparison));
+  }
 }
 
 }  // namespace
@@ -82,6 +95,7 @@ void add_compare(CLI::App& app) {
       ->required();
   compare->add_option("-o", arguments->to, "comparison CSV to write");
   compare->add_option("--band", arguments->band, "LO:HI [Hz]; default: all that both have");
+  compare->add_flag("--peaks", arguments->peaks, "list every peak, measured against predicted");
   compare->footer(
       "Example:\n"
       "  struna compare trfam.csv predicted.csv -o comparison.csv --band 10:1000");

@@ -19,6 +19,7 @@ using Output = TransferFunction::Output;
 // A peak stands by both above the higher saddle beside it: noise of standard deviation sigma alone, on lines
 // without signal, tops out near 4 sigma and falls to nothing.
 constexpr double peak_prominence_db = 6.0;
+constexpr double shallow_prominence_db = 0.5;  // of a predicted peak that a measured one may be set against
 constexpr double peak_prominence_sigma = 5.0;  // of the top's and the saddle's together
 
 double decibel(double ratio) {
@@ -83,14 +84,14 @@ Eigen::Index higher_saddle(const Eigen::VectorXd& level, Eigen::Index k) {
 /// Peaks with their tops from the parabola through three lines [dB]. With `sigma`, only those that fall to
 /// the saddle by more than noise would.
 std::vector<Peak> find_peaks(const Eigen::VectorXd& f, const Eigen::VectorXcd& value,
-                             const Eigen::VectorXd& sigma = {}) {
+                             double least_prominence_db, const Eigen::VectorXd& sigma = {}) {
   std::vector<Peak> peaks;
   const Eigen::VectorXd magnitude = value.cwiseAbs();
   const Eigen::VectorXd level = magnitude.unaryExpr(&decibel);
   for (Eigen::Index k = 1; k + 1 < level.size(); ++k) {
     if (!(level[k] > level[k - 1] && level[k] >= level[k + 1])) continue;
     const Eigen::Index saddle = higher_saddle(level, k);
-    if (level[k] - level[saddle] < peak_prominence_db) continue;
+    if (level[k] - level[saddle] < least_prominence_db) continue;
     const double noise = sigma.size() > 0 ? sigma[k] + sigma[saddle] : 0.0;
     if (magnitude[k] - magnitude[saddle] < peak_prominence_sigma * noise) continue;
     const double curvature = level[k - 1] - 2.0 * level[k] + level[k + 1];
@@ -151,7 +152,8 @@ OutputComparison compare_output(const Eigen::VectorXd& f, const Output& measured
   result.mean_db = sum / count;
   result.log_magnitude_error_db = std::sqrt(squares / count);
   if (count == 0.0) result.largest_db = std::numeric_limits<double>::quiet_NaN();
-  result.peaks = compare_peaks(find_peaks(f, measured.value, measured.sigma), find_peaks(f, predicted));
+  result.peaks = compare_peaks(find_peaks(f, measured.value, peak_prominence_db, measured.sigma),
+                               find_peaks(f, predicted, shallow_prominence_db));
   return result;
 }
 

@@ -38,10 +38,10 @@ struct Comparison {
 /// one's form: a prediction whose motion quantity is another is converted. 0, 0: the whole common band. A
 /// peak is a local maximum of |H| that stands above the higher of the two saddles beside it by 6 dB and,
 /// where measured, by five times the standard deviations of both lines together (without sigma in the file:
-/// those that the scatter from line to line tells). A line where either function is exactly zero has no
-/// logarithm and is left out of the dB figures; what is not defined at all (a function that vanishes) is NaN,
-/// an empty field in the file. Throws Error when no output or line is common, or the forms cannot be
-/// converted.
+/// those that the scatter from line to line tells). It is set against the nearest predicted one of half a
+/// decibel and more. A line where either function is exactly zero has no logarithm and is left out of the dB
+/// figures; what is not defined at all (a function that vanishes) is NaN, an empty field in the file. Throws
+/// Error when no output or line is common, or the forms cannot be converted.
 Comparison compare(const TransferFunction& measured, const TransferFunction& predicted, double lo_hz = 0.0,
                    double hi_hz = 0.0);
 
