@@ -61,22 +61,22 @@ Table modes_table(const ident::ModeSet& modes, const ident::IdentifiedParameters
 
 Table laws_table(const ident::IdentifiedParameters& identified) {
   Table table{{"law of", "kind", "AICc", "rms/sigma", "used", "parameters"}, {}};
-  const auto add = [&](const char* what, const ident::IdentifiedCurve& curve) {
+  const auto add = [&](const char* what, const ident::IdentifiedCurve& curve, const std::string& unit) {
     for (const ident::LawFit& fit : curve.laws) {
       const fem::FrequencyLaw& law = fit.law;
       const bool used = &fit == &curve.laws.front();
-      const std::vector<double>& shown = law.parameters.empty() ? law.value : law.parameters;
       table.rows.push_back({what, fem::to_string(law.kind), fmt::format("{:.2f}", fit.aicc),
-                            fmt::format("{:.2f}", fit.rms), used ? "yes" : "",
-                            fmt::format("{:.5g}", fmt::join(shown, "  "))});
+                            fmt::format("{:.2f}", fit.rms), used ? "yes" : "", ident::law_text(fit, unit)});
     }
   };
-  add("modulus", identified.modulus);
-  add("loss factor", identified.loss_factor);
+  add("modulus", identified.modulus, "Pa");
+  add("loss factor", identified.loss_factor, "");
   return table;
 }
 
 void print_result(const ident::ModeSet& modes, const ident::IdentifiedParameters& identified) {
+  print(trust_line(modes, identified));
+  print("");
   print(modes_table(modes, identified));
   print("");
   if (!identified.rejected.empty()) {
@@ -118,15 +118,13 @@ void run_fit(FitArguments& arguments) {
   blaming({arguments.scene}, [&] { fem::linear_path(scene); });
   const ident::ModeSet modes = ident::read_modes(arguments.modes);
   progress(fmt::format("pairing {} modes", modes.modes.size()));
-  ident::IdentifiedParameters identified = blaming({arguments.modes, arguments.scene}, [&] {
-    return fit_to_scene(scene, modes, arguments.options).identified;
-  });
-  if (identified.pairing.sign_reversed) {
-    warn("all modal constants have the sign opposite to the model's: a channel's sign is likely reversed");
-  }
+  SceneFit found = blaming({arguments.modes, arguments.scene},
+                           [&] { return fit_to_scene(scene, modes, arguments.options); });
+  for (const ident::Doubt& doubt : found.doubts) warn(ident::sentence(doubt));
+  ident::IdentifiedParameters& identified = found.identified;
   identified.provenance = provenance({arguments.scene, arguments.modes}, identified.provenance.band_lo_hz,
                                      identified.provenance.band_hi_hz);
-  ident::write_parameters(identified, arguments.to);
+  ident::write_parameters(identified, arguments.to, found.doubts);
   print_result(modes, identified);
 }
 

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 
@@ -17,6 +18,7 @@
 #include "fem/eigenmodes.hpp"
 #include "ident/atomic_file.hpp"
 #include "ident/comparison.hpp"
+#include "ident/doubts.hpp"
 #include "ident/mode_file.hpp"
 #include "ident/parameter_file.hpp"
 #include "ident/transfer_function_file.hpp"
@@ -34,6 +36,7 @@ struct Identification {
   double mesh_error = 0.0;
   ident::Comparison comparison;
   ident::Comparison comparison_viscous;
+  std::vector<ident::Doubt> doubts;
   std::vector<std::string> warnings;
 };
 
@@ -104,11 +107,6 @@ Identification identify(const Study& study) {
   found.fit = blaming({study.scene}, [&] { return fit_to_scene(scene, found.modes, study.fit); });
   const ident::Provenance& fitted = found.fit.identified.provenance;
   found.fit.identified.provenance = provenance_of(study, fitted.band_lo_hz, fitted.band_hi_hz);
-  if (found.fit.identified.pairing.sign_reversed) {
-    found.warnings.push_back(
-        "all modal constants have the sign opposite to the model's: a channel's sign is likely reversed");
-  }
-
   if (!has_modulus(fem::linear_path(found.fit.scene).body)) {
     throw Error(study.file, 0,
                 "no measured mode could be trusted to stand for one of the model: check the scene's geometry "
@@ -123,6 +121,11 @@ Identification identify(const Study& study) {
     found.comparison_viscous =
         ident::compare(measured, found.predicted_viscous, study.compare.lo_hz, study.compare.hi_hz);
   });
+  found.doubts = found.fit.doubts;
+  for (auto& doubt : ident::comparison_doubts(found.comparison, found.comparison_viscous, found.modes,
+                                              found.fit.identified, found.fit.doubts)) {
+    found.doubts.push_back(std::move(doubt));
+  }
   for (const auto& name : found.comparison.not_compared) {
     found.warnings.push_back(name + ": not compared, the prediction does not have it");
   }
@@ -135,8 +138,7 @@ std::vector<std::pair<std::string, std::string>> settings_of(const Study& study,
       {"records", fmt::format("{}", fmt::join(study.records, ", "))},
       {"input", study.input},
       {"form", ident::to_string(found.transfer.function.outputs.front().kind)}};
-  for (auto& shown : transfer_settings_shown(found.transfer))
-    settings.push_back(std::move(shown));
+  for (auto& shown : transfer_settings_shown(found.transfer)) settings.push_back(std::move(shown));
   settings.emplace_back("mode method", ident::to_string(study.modes.method));
   settings.emplace_back("elements", std::to_string(found.fit.elements));
   settings.emplace_back("mesh error of the prediction", fmt::format("{:.1e}", found.mesh_error));
@@ -154,6 +156,7 @@ ReportContent report_content(const Study& study, const std::string& folder, cons
   content.title = std::filesystem::path(study.file).parent_path().filename().string();
   if (content.title.empty()) content.title = std::filesystem::path(study.file).stem().string();
   content.command = "struna identify " + study.file + " -o " + folder;
+  content.doubts = found.doubts;
   content.warnings = found.warnings;
   content.settings = settings_of(study, found);
   content.measured = found.transfer.function;
@@ -173,7 +176,7 @@ void write(const Study& study, const std::string& folder, const Identification& 
   fill_folder(folder, [&](const std::string& staging) {
     ident::write_transfer_function(found.transfer.function, staging + "/trfam.csv");
     ident::write_modes(found.modes, staging + "/modes.csv");
-    ident::write_parameters(found.fit.identified, staging + "/identified.toml");
+    ident::write_parameters(found.fit.identified, staging + "/identified.toml", found.doubts);
     ident::write_transfer_function(found.predicted, staging + "/predicted.csv");
     ident::write_transfer_function(found.predicted_viscous, staging + "/predicted_viscous.csv");
     ident::write_comparison(found.comparison, staging + "/comparison.csv");
@@ -188,19 +191,20 @@ std::string range_of(const Eigen::VectorXd& values, const char* unit) {
 
 void print_summary(const std::string& folder, const Identification& found) {
   const auto& identified = found.fit.identified;
-  print(fmt::format("{} modes, {} trusted; body '{}'", found.modes.modes.size(),
-                    identified.modulus.value.size(), identified.body));
+  print(trust_line(found.modes, identified) + "; body '" + identified.body + "'");
   print("modulus: " + range_of(1e-9 * identified.modulus.value, " GPa"));
   print("loss factor: " + range_of(identified.loss_factor.value, ""));
   print(rayleigh_line(identified));
+  const auto shown = [](double value, int digits) {
+    return std::isfinite(value) ? fmt::format("{:.{}f}", value, digits) : "-";
+  };
   Table table{{"output", "FRAC structural", "error [dB]", "FRAC viscous", "error [dB]"}, {}};
   for (std::size_t k = 0; k < found.comparison.outputs.size(); ++k) {
     const auto& structural = found.comparison.outputs[k];
     const auto& viscous = found.comparison_viscous.outputs[k];
-    table.rows.push_back({structural.output, fmt::format("{:.4f}", structural.frac),
-                          fmt::format("{:.2f}", structural.log_magnitude_error_db),
-                          fmt::format("{:.4f}", viscous.frac),
-                          fmt::format("{:.2f}", viscous.log_magnitude_error_db)});
+    table.rows.push_back({structural.output, shown(structural.frac, 4),
+                          shown(structural.log_magnitude_error_db, 2), shown(viscous.frac, 4),
+                          shown(viscous.log_magnitude_error_db, 2)});
   }
   print(table);
   print("written to " + folder + "; open " + (std::filesystem::path(folder) / "report.html").string());
@@ -234,6 +238,7 @@ void add_identify(CLI::App& app) {
     check_folder(options->folder);
     const Study study = read_study(options->study);
     const Identification found = identify(study);
+    for (const auto& doubt : found.doubts) warn(ident::sentence(doubt));
     for (const auto& warning : found.warnings) warn(warning);
     write(study, options->folder, found);
     print_summary(options->folder, found);

@@ -219,13 +219,22 @@ json comparison(const ident::Comparison& comparison) {
   }
   return {{"lo", number(comparison.lo_hz)},
           {"hi", number(comparison.hi_hz)},
+          {"meanError", number(ident::mean_level_error_db(comparison), 5)},
           {"outputs", std::move(outputs)},
           {"notCompared", comparison.not_compared}};
+}
+
+json sentences(const std::vector<ident::Doubt>& doubts) {
+  json list = json::array();
+  for (const auto& doubt : doubts) list.push_back(ident::sentence(doubt));
+  return list;
 }
 
 json page_data(const ReportContent& content) {
   return {{"title", content.title},
           {"command", content.command},
+          {"doubts", sentences(content.doubts)},
+          {"modelInQuestion", ident::question_the_model(content.doubts)},
           {"warnings", content.warnings},
           {"settings", text_pairs(content.settings)},
           {"measured", transfer_function_json(content.measured)},

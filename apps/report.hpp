@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "ident/comparison.hpp"
+#include "ident/doubts.hpp"
 #include "ident/mode.hpp"
 #include "ident/parameter_identification.hpp"
 #include "ident/transfer_function.hpp"
@@ -17,6 +18,7 @@ namespace struna::apps {
 struct ReportContent {
   std::string title;
   std::string command;  ///< how to reproduce it
+  std::vector<ident::Doubt> doubts;
   std::vector<std::string> warnings;
   std::vector<std::pair<std::string, std::string>>
       settings;  ///< name, value: estimator, resolution, averages, …

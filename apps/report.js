@@ -18,10 +18,10 @@
   ];
   const modes = data.modes.list;
   const identified = data.identified;
-  const fitted = identified.modulus.value.length > 0;
+  const fitted = identified.modulus.laws.length > 0;
   const pairs = new Map(identified.pairing.pairs.map((pair) => [pair.measured, pair]));
   const trusted = (mode) => (fitted ? mode.usedForModulus || mode.usedForLossFactor : mode.flags.length === 0);
-  const modulusUnit = Math.max(...nan(identified.modulus.value), 0) >= 1e9 ? ['GPa', 1e9] : ['MPa', 1e6];
+  const modulusUnit = Math.max(...identified.pairing.pairs.map((pair) => pair.modulus), ...nan(identified.modulus.value), 0) >= 1e9 ? ['GPa', 1e9] : ['MPa', 1e6];
 
   const flagMeaning = {
     coarse: 'too few lines in the half-power band for an estimate free of leakage',
@@ -56,15 +56,16 @@
       (modes.length ? ` between ${format(modes[0].frequency)} and ${format(modes[modes.length - 1].frequency)} Hz, ${verdict}.` : '.')];
     if (fitted) {
       const law = identified.modulus.laws[0];
-      text.push(`The modulus of body “${identified.body}” is ${spread(identified.modulus.value, modulusUnit[1], modulusUnit[0])}` +
-        `${law ? ` over frequency (${lawLabel(law)} law)` : ''}, its loss factor ${spread(identified.lossFactor.value, 1, '', 3)}.`);
+      if (identified.modulus.value.length)
+        text.push(`The modulus of body “${identified.body}” is ${spread(identified.modulus.value, modulusUnit[1], modulusUnit[0])}` +
+          `${law ? ` over frequency (${lawLabel(law)} law)` : ''}, its loss factor ${spread(identified.lossFactor.value, 1, '', 3)}.`);
     }
-    const better = data.comparison.outputs.length && data.comparisonViscous.outputs.length;
-    if (better) {
-      const mean = (comparison) => comparison.outputs.reduce((sum, o) => sum + o.error, 0) / comparison.outputs.length;
-      const [s, v] = [mean(data.comparison), mean(data.comparisonViscous)];
+    const [s, v] = [data.comparison, data.comparisonViscous].map((comparison) => comparison.meanError);
+    if (data.modelInQuestion) text.push('Which damping model is the closer one cannot be told while the model itself is in question: see the doubts.');
+    else if (known(s) && known(v)) {
+      const compared = data.comparison.outputs.filter((o) => known(o.error)).length;
       text.push(`The ${s <= v ? 'structural' : 'viscous'} damping model is the closer one to the measurement ` +
-        `(${format(Math.min(s, v), 3)} against ${format(Math.max(s, v), 3)} dB rms, mean over the outputs).`);
+        `(${format(Math.min(s, v), 3)} against ${format(Math.max(s, v), 3)} dB rms, mean over ${plural(compared, 'output')}).`);
     }
     return text.join(' ');
   }
@@ -74,7 +75,7 @@
     const count = (key) => modes.filter((mode) => mode[key]).length;
     const tiles = fitted ? [[`${count('usedForModulus')} and ${count('usedForLossFactor')} of ${modes.length}`, 'modes trusted for modulus and damping']]
       : [[String(modes.length), 'modes']];
-    if (fitted) tiles.push([spread(identified.modulus.value, modulusUnit[1], modulusUnit[0]), `modulus E(f) of “${identified.body}”`]);
+    if (identified.modulus.value.length) tiles.push([spread(identified.modulus.value, modulusUnit[1], modulusUnit[0]), `modulus E(f) of “${identified.body}”`]);
     if (identified.lossFactor.value.length) tiles.push([spread(identified.lossFactor.value, 1, '', 3), 'loss factor η(f)']);
     if (identified.rayleighKnown) {
       tiles.push([`${uncertain(r.alpha, r.alphaSigma)} 1/s`, 'Rayleigh α' + (r.alphaAtBound ? ' (held at its bound 0)' : '')],
@@ -88,6 +89,8 @@
   function summary() {
     section('origin').textContent = [identified.version && `struna ${identified.version}`, identified.date,
       `${plural(frequency.length, 'line')} from ${format(frequency[0])} to ${format(frequency[frequency.length - 1])} Hz`].filter(Boolean).join(' · ');
+    if (data.doubts.length)
+      section('summary').append(el('div', { class: 'doubts', role: 'alert' }, el('h3', {}, 'This result is doubted'), ...Frame.warnings(data.doubts)));
     section('summary').append(el('p', { class: 'lead' }, resultSentence()), resultTiles());
     section('summary').append(...Frame.warnings(data.warnings));
   }
@@ -213,8 +216,9 @@
       const pair = pairs.get(i);
       const cells = [i + 1, uncertain(mode.frequency, mode.frequencySigma, 7), format(mode.lower, 6), format(mode.upper, 6),
         uncertain(mode.lossFactor, mode.lossFactorSigma), format(mode.dampingRatio, 4), el('span', {}, flagTags(mode.flags))];
+      const [modulus, sigma] = (mode.usedForModulus && identifiedAt(identified.modulus)(mode)) || (pair ? [pair.modulus, pair.sigma] : [NaN, NaN]);
       if (fitted) cells.push(pair ? pair.model.map((m) => m + 1).join(' + ') : '–', pair && known(pair.mac) ? pair.mac.toFixed(3) : '–',
-        pair ? uncertain(pair.modulus / modulusUnit[1], pair.sigma / modulusUnit[1]) : '–',
+        uncertain(modulus / modulusUnit[1], sigma / modulusUnit[1]),
         [mode.usedForModulus && 'E', mode.usedForLossFactor && 'η, α, β'].filter(Boolean).join(', ') || '–');
       if (modelFrequency.length) {
         const model = pair ? pair.model.reduce((sum, m) => sum + modelFrequency[m], 0) / pair.model.length : NaN;
@@ -226,7 +230,7 @@
     });
     section('modes').append(table(columns, rows), el('p', { class: 'note' },
       `${data.modes.damping === 'structural' ? 'Structural' : 'Viscous'} damping; constants refer to ${data.modes.form.replace('-', ' ')}. ± is one standard deviation. ` +
-      'Grey rows are not trusted. E here puts the paired model mode exactly at the measured frequency; two model modes in one row are a nearly double pair that one pole stands for.'));
+      'Grey rows are not trusted. E here puts the paired model mode exactly at the measured frequency; its ± has the error of the model in it (0.1 % and more) where the row is trusted, and is that of the noise alone where not; two model modes in one row are a nearly double pair that one pole stands for.'));
     const used = [...new Set(modes.flatMap((mode) => mode.flags))];
     if (used.length) section('modes').append(el('p', { class: 'note' }, 'Flags: ', used.flatMap((flag) => [...flagTags([flag]), `${flagMeaning[flag] || ''}. `])));
   }
@@ -281,7 +285,8 @@
       event.currentTarget.textContent = large ? 'smaller' : 'larger';
       event.currentTarget.setAttribute('aria-pressed', large);
     } }, 'larger');
-    const scatter = mode.circles.length ? `, scatter ${format(100 * Math.max(...mode.circles.map((c) => c.scatter)), 2)} %` : '';
+    const worst = mode.circles.map((c, k) => [c.scatter, data.modes.outputs[k]]).filter(([value]) => known(value)).sort((p, q) => q[0] - p[0])[0];
+    const scatter = worst ? `, scatter up to ${format(100 * worst[0], 2)} % (${worst[1]})` : '';
     const card = el('div', { class: 'card' }, el('div', { class: 'card-head' }, el('h3', {}, `Mode ${index + 1} `, ...flagTags(mode.flags)), enlarge),
       el('div', { class: 'facts' }, `${uncertain(mode.frequency, mode.frequencySigma, 7)} Hz, η ${uncertain(mode.lossFactor, mode.lossFactorSigma)}`, el('br'),
         mode.lines.frequency.length ? `${plural(mode.lines.frequency.length, 'line')}, ${format(mode.lines.frequency[0], 5)} to ${format(mode.lines.frequency[mode.lines.frequency.length - 1], 5)} Hz${scatter}` : 'no lines'),
@@ -308,7 +313,7 @@
       chooser('Scale', [[false, 'as measured'], [true, 'each circle about its centre, over its radius']], false,
         (normalised) => { nyquistState.normalised = normalised; redraw(); })),
     el('p', { class: 'note' }, `Lines of the mode’s window in the form in which a mode is a circle (${data.modes.form.replace('-', ' ')}), with the fitted circle of each output. ` +
-      'f₀: natural frequency, f₁ and f₂: half-power frequencies [Hz], marked on the largest circle shown. Scatter: rms distance of the lines from the circle, of its radius, largest output.'),
+      'f₀: natural frequency, f₁ and f₂: half-power frequencies [Hz], marked on the largest circle shown. Scatter: rms distance of the lines from the circle over its radius, of the output in which it is worst (named); the mode rests on all outputs together.'),
     el('div', { class: 'circles' }, entries.map((entry) => entry.card)));
     // Drawn when they come near the screen, all of them before printing.
     const near = new IntersectionObserver((seen) => seen.filter((s) => s.isIntersecting).forEach((s) => {
@@ -336,7 +341,6 @@
     const missing = pairing.missing.map((m) => `${m + 1}` + (known(data.modelFrequencies[m]) ? ` (${format(data.modelFrequencies[m], 5)} Hz)` : ''));
     host.append(rows.length ? table([['at\n[Hz]'], ['what', true], ['why', true, true]], rows.map(([f, what, why]) => [format(f, 6), what, why]))
       : el('p', {}, 'Nothing was left out.'));
-    if (pairing.signReversed) host.append(el('p', {}, 'All measured modal constants have the sign opposite to the model’s: check the sign of a channel.'));
     if (missing.length) host.append(el('p', {}, `Model modes in the band that were not measured: ${missing.join(', ')}.`));
   }
 

@@ -36,10 +36,21 @@ SceneFit fit_to_scene(const fem::Scene& scene, const ident::ModeSet& modes,
     const fem::Model model = fem::assemble(path.body, fit.elements);
     fit.identified = ident::identify_parameters(modes, model, path.drive, path.measurement, options);
     body.material = ident::apply(fit.identified, path.body.material);
-    if (elements(body) <= fit.elements) break;
+    const bool fine_enough = elements(body) <= fit.elements;
+    if (fine_enough || round + 1 == most_rounds) {
+      fit.doubts =
+          ident::identification_doubts(modes, model, path.drive, path.measurement, options, fit.identified);
+    }
+    if (fine_enough) break;
     fit.elements = elements(body);
   }
+  if (ident::shapes_disagree_grossly(fit.doubts)) ident::withdraw_trust(fit.identified);
   return fit;
+}
+
+std::string trust_line(const ident::ModeSet& modes, const ident::IdentifiedParameters& identified) {
+  return fmt::format("{} modes, {} trusted for the modulus, {} for the damping", modes.modes.size(),
+                     identified.modulus.value.size(), identified.loss_factor.value.size());
 }
 
 std::string rayleigh_line(const ident::IdentifiedParameters& identified) {

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "fem/scene.hpp"
+#include "ident/doubts.hpp"
 #include "ident/parameter_identification.hpp"
 
 namespace struna::apps {
@@ -11,13 +13,18 @@ struct SceneFit {
   ident::IdentifiedParameters identified;
   fem::Scene scene;  ///< with what was identified in the body that it belongs to
   int elements = 0;  ///< of the mesh that it was identified with
+  std::vector<ident::Doubt> doubts;
 };
 
 /// Identifies the parameters of the scene's driven and measured body from measured modes. The scene's outputs
 /// are brought into the order of the modes' own. Where the scene leaves the number of elements open, the mesh
 /// follows from the modulus that is found: fitted again on a finer one until it has the mesh_elements() of
-/// the highest mode. Throws Error when there are no modes, or the scene lacks one of their outputs.
+/// the highest mode. Where the modes' shapes disagree grossly with the model's, none of them is trusted.
+/// Throws Error when there are no modes, or the scene lacks one of their outputs.
 SceneFit fit_to_scene(const fem::Scene& scene, const ident::ModeSet& modes, const ident::FitOptions& options);
+
+/// "14 modes, 14 trusted for the modulus, 12 for the damping".
+std::string trust_line(const ident::ModeSet& modes, const ident::IdentifiedParameters& identified);
 
 /// The Rayleigh coefficients with their standard errors, in one line.
 std::string rayleigh_line(const ident::IdentifiedParameters& identified);

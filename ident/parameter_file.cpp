@@ -82,7 +82,8 @@ std::string curve_lines(const std::string& name, const IdentifiedCurve& curve, c
                         const std::string& extra) {
   std::string text = fmt::format("[{}]\nfrequency = {}  # Hz, measured natural frequencies\n", name,
                                  array(curve.frequency_hz));
-  text += fmt::format("value = {}{}\nsigma = {}\n{}", array(curve.value), unit, array(curve.sigma), extra);
+  text += fmt::format("value = {}{}\nsigma = {}  # with the model's own error\n{}", array(curve.value), unit,
+                      array(curve.sigma), extra);
   for (std::size_t k = 0; k < curve.laws.size(); ++k) {
     text += k == 0 ? fmt::format("\n[{}.law]  # what predictions use\n", name)
                    : fmt::format("\n[[{}.other_law]]\n", name);
@@ -104,9 +105,19 @@ std::string pair_lines(const Pairing& pairing) {
   for (const Pair& pair : pairing.pairs) {
     std::vector<int> model = pair.model;
     for (int& mode : model) ++mode;
-    text += fmt::format("[[pair]]\nmode = {}\nmodel = [{}]\nmac = {}\nmodulus = {}\nmodulus_sigma = {}\n\n",
-                        pair.measured + 1, fmt::join(model, ", "), number(pair.mac), number(pair.modulus),
-                        number(pair.modulus_sigma));
+    text += fmt::format(
+        "[[pair]]\nmode = {}\nmodel = [{}]\nmac = {}\nmodulus = {}\nmodulus_sigma = {}  # noise alone\n\n",
+        pair.measured + 1, fmt::join(model, ", "), number(pair.mac), number(pair.modulus),
+        number(pair.modulus_sigma));
+  }
+  return text;
+}
+
+std::string doubt_lines(const std::vector<Doubt>& doubts) {
+  std::string text;
+  for (const Doubt& doubt : doubts) {
+    text += fmt::format("[[doubt]]\nkind = \"{}\"\ntext = {}\n\n", to_string(doubt.kind),
+                        quoted(sentence(doubt)));
   }
   return text;
 }
@@ -289,9 +300,33 @@ toml::table parse(const std::string& file) {
 
 }  // namespace
 
-void write_parameters(const IdentifiedParameters& identified, const std::string& file) {
+std::string law_text(const LawFit& fit, const std::string& unit) {
+  const FrequencyLaw& law = fit.law;
+  const auto with_unit = [](double value, const std::string& of) {
+    return fmt::format("{:.5g}{}{}", value, of.empty() ? "" : " ", of);
+  };
+  std::vector<std::string> parts;
+  const std::vector<std::string> names = parameter_names(law.kind);
+  for (std::size_t k = 0; k < names.size(); ++k) {
+    const bool frequency = names[k].find("frequency") != std::string::npos;
+    const std::string& of = frequency ? "Hz" : names[k] == "value" ? unit : "";
+    const auto at = static_cast<Eigen::Index>(k);
+    const bool known = at < fit.parameter_sigma.size() && fit.parameter_sigma[at] > 0.0;
+    const std::string error = known ? fmt::format(" +- {:.2g}", fit.parameter_sigma[at]) : "";
+    parts.push_back(
+        fmt::format("{} {:.5g}{}{}{}", names[k], law.parameters[k], error, of.empty() ? "" : " ", of));
+  }
+  for (std::size_t k = 0; k < law.value.size(); ++k) {
+    parts.push_back(with_unit(law.value[k], unit) + " at " + with_unit(law.frequency[k], "Hz"));
+  }
+  return fmt::format("{}", fmt::join(parts, ", "));
+}
+
+void write_parameters(const IdentifiedParameters& identified, const std::string& file,
+                      const std::vector<Doubt>& doubts) {
   std::string text = fmt::format("body = {}  # these override its material, and no other body's\n\n",
                                  quoted(identified.body));
+  if (!doubts.empty()) text += "# This result is doubted: see [[doubt]] below.\n\n";
   if (identified.rayleigh_known) text += rayleigh_lines(identified.rayleigh);
   text += curve_lines("modulus", identified.modulus, "  # Pa", "");
   if (identified.loss_factor.value.size() > 0 || !identified.loss_factor.laws.empty()) {
@@ -304,6 +339,7 @@ void write_parameters(const IdentifiedParameters& identified, const std::string&
     text += fmt::format("[[rejected]]\nfrequency = {}\nof = \"{}\"\nreason = {}\n\n",
                         number(left_out.frequency_hz), to_string(left_out.what), quoted(left_out.reason));
   }
+  text += doubt_lines(doubts);
   text += provenance_lines(identified.provenance);
   write_atomically(file, text);
 }
@@ -311,7 +347,7 @@ void write_parameters(const IdentifiedParameters& identified, const std::string&
 IdentifiedParameters read_parameters(const std::string& file) {
   const toml::table root = parse(file);
   const Reader reader(file, root, "");
-  reader.only({"body", "rayleigh", "modulus", "loss_factor", "pair", "rejected", "provenance"});
+  reader.only({"body", "rayleigh", "modulus", "loss_factor", "pair", "rejected", "doubt", "provenance"});
   IdentifiedParameters identified;
   if (!reader.has("body"))
     throw Error(file, 0, "has no body; add body = \"NAME\", the body that the parameters belong to");

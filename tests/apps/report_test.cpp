@@ -117,10 +117,12 @@ ident::IdentifiedCurve curve(const std::vector<ident::Mode>& modes,
   const double n = std::log(value(hi) / value(lo)) / std::log(hi / lo);
   curve.laws.push_back({{fem::FrequencyLaw::Kind::power, {value(100.0), n, 100.0}, {}, {}, lo, hi},
                         Eigen::Vector3d(value(100.0) * 1e-3, 2e-3, 0.0),
+                        {},
                         -81.2,
                         1.08});
   curve.laws.push_back({{fem::FrequencyLaw::Kind::constant, {value(150.0)}, {}, {}, lo, hi},
                         Eigen::VectorXd::Constant(1, value(150.0) * 2e-3),
+                        {},
                         -40.5,
                         6.3});
   return curve;
@@ -166,7 +168,7 @@ ReportContent content(long lines) {
   identified.loss_factor = curve(
       content.modes.modes, [&](double f) { return wire.loss_factor(f); }, 2e-2);
   identified.kramers_kronig_loss_factor = Eigen::VectorXd::Constant(11, 0.5 * std::numbers::pi * 0.021);
-  identified.rayleigh = {{4.3, 1.1e-5}, 0.4, 2e-6, false, false, 3.2, true};
+  identified.rayleigh = {{4.3, 1.1e-5}, 0.4, 2e-6, 0.0, false, false, 3.2, true};
   identified.rayleigh_known = true;
   identified.rejected = {{131.1, "close_modes; noisy", ident::LeftOutOf::both}};
   for (int i = 0; i < 12; ++i)
@@ -322,6 +324,37 @@ TEST_F(InBrowser, DrawsEveryPlotWithoutScriptErrors) {
   EXPECT_THAT(
       document,
       HasSubstr("12 modes found between 23.9 and 600.6 Hz, 11 trusted for the modulus, 11 for the damping."));
+}
+
+TEST_F(InBrowser, DoubtsComeFirstAndBarConclusions) {
+  ReportContent doubted = content(500);
+  ident::Doubt offset;
+  offset.kind = ident::DoubtKind::level_offset;
+  offset.count = 12;
+  offset.value = 1000.0;
+  doubted.doubts = {offset};
+  ident::withdraw_trust(doubted.identified);
+  const std::string document = document_of(doubted);
+  expect_sound(document);
+  // As the browser has put it together; the script's own texts are in the page too.
+  ASSERT_THAT(document, HasSubstr("<li>the measured function is 1000 times larger"));
+  EXPECT_LT(document.find("<li>the measured function is"), document.find("12 modes found"));
+  EXPECT_THAT(document, HasSubstr("0 trusted for the modulus, 0 for the damping. Which damping model is the "
+                                  "closer one cannot be told"));
+  EXPECT_EQ(document.find("The structural damping model is"), std::string::npos);
+}
+
+TEST_F(InBrowser, OutputsThatAreNotDefinedTakeNoPartInTheVerdict) {
+  ReportContent one = content(500);
+  ASSERT_GE(one.comparison.outputs.size(), 2U);
+  for (ident::Comparison* comparison : {&one.comparison, &one.comparison_viscous}) {
+    for (std::size_t k = 0; k < comparison->outputs.size(); ++k) {
+      auto& output = comparison->outputs[k];
+      output.log_magnitude_error_db = k == 0 ? (comparison == &one.comparison ? 1.25 : 2.5) : std::nan("");
+      if (k > 0) output.frac = std::nan("");
+    }
+  }
+  EXPECT_THAT(document_of(one), HasSubstr("(1.25 against 2.5 dB rms, mean over 1 output)"));
 }
 
 TEST_F(InBrowser, ShowsWhatThereIsWhenNothingWasIdentified) {

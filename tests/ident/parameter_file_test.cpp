@@ -108,6 +108,41 @@ TEST_F(ParameterFile, RoundTripsToTheLastBit) {
   expect_same(read.loss_factor, written.loss_factor);
 }
 
+TEST_F(ParameterFile, DoubtsAreWrittenAndDoNotDisturb) {
+  Doubt offset;
+  offset.kind = DoubtKind::level_offset;
+  offset.count = 14;
+  offset.value = 1000.0;
+  write_parameters(sample(), file, {offset});
+  std::ifstream in(file);
+  const std::string text((std::istreambuf_iterator<char>(in)), {});
+  EXPECT_THAT(text, HasSubstr("# This result is doubted"));
+  EXPECT_THAT(text, HasSubstr("[[doubt]]\nkind = \"level_offset\"\ntext = "));
+  EXPECT_THAT(text, HasSubstr("mm taken for m"));
+  EXPECT_THAT(text, HasSubstr("  # noise alone"));
+  expect_same(read_parameters(file).modulus, sample().modulus);
+}
+
+TEST_F(ParameterFile, ModesWithoutTrustLeaveTheLaws) {
+  IdentifiedParameters doubted = sample();
+  withdraw_trust(doubted);
+  write_parameters(doubted, file);
+  const IdentifiedParameters read = read_parameters(file);
+  EXPECT_EQ(read.modulus.value.size(), 0);
+  EXPECT_EQ(read.modulus.laws.front().law.parameters, sample().modulus.laws.front().law.parameters);
+}
+
+TEST(LawText, NamesParametersWithErrorsAndUnits) {
+  LawFit power;
+  power.law = {Kind::power, {1.02e11, 0.02, 100.0}, {}, {}, 0.0, 0.0};
+  power.parameter_sigma = Eigen::Vector3d(1e8, 3e-4, 0.0);
+  EXPECT_EQ(law_text(power, "Pa"),
+            "value 1.02e+11 +- 1e+08 Pa, exponent 0.02 +- 0.0003, reference_frequency 100 Hz");
+  LawFit knots;
+  knots.law = {Kind::monotone_spline, {}, {10.0, 100.0}, {0.02, 0.03}, 0.0, 0.0};
+  EXPECT_EQ(law_text(knots, ""), "0.02 at 10 Hz, 0.03 at 100 Hz");
+}
+
 TEST_F(ParameterFile, EveryKindOfLawRoundTrips) {
   for (const LawFit& fit : {law(Kind::constant, {1e11}), law(Kind::power, {1e11, -0.01, 50.0}),
                             law(Kind::fractional_zener, {9e10, 1.3, 200.0, 0.5}),
