@@ -1,6 +1,7 @@
 #include "apps/tradeoff_page.hpp"
 
 #include <algorithm>
+#include <nlohmann/json.hpp>
 
 #include "apps/report_page.hpp"
 #include "apps/tradeoff_files.hpp"
