@@ -1,7 +1,9 @@
 #include "apps/usage.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <optional>
 #include <string_view>
 
@@ -24,7 +26,39 @@ std::optional<std::pair<double, double>> read_pair(std::string_view text) {
   return pair;
 }
 
+/// Whether two names lead to one file, there already or not. A terminal or a pipe is none.
+bool same_file(const std::string& a, const std::string& b) {
+  namespace fs = std::filesystem;
+  std::error_code fault;
+  if (fs::exists(a, fault)) return fs::is_regular_file(a, fault) && fs::equivalent(a, b, fault);
+  return fs::weakly_canonical(a, fault) == fs::weakly_canonical(b, fault);
+}
+
 }  // namespace
+
+std::string small_letters(std::string text) {
+  std::transform(text.begin(), text.end(), text.begin(),
+                 [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; });
+  return text;
+}
+
+void refuse_overwriting(const std::vector<std::pair<std::string, std::string>>& written,
+                        const std::vector<std::string>& read) {
+  for (std::size_t i = 0; i < written.size(); ++i) {
+    const auto& [option, file] = written[i];
+    if (file.empty()) continue;
+    for (const auto& input : read) {
+      if (same_file(file, input))
+        throw UsageError(option + " " + file + ": would overwrite its own input" +
+                         (input == file ? "" : " " + input) + "; give another name");
+    }
+    for (std::size_t j = 0; j < i; ++j) {
+      if (same_file(file, written[j].second))
+        throw UsageError(option + " " + file + ": " + written[j].first +
+                         " writes to the same file; give another name");
+    }
+  }
+}
 
 Band parse_band(const std::string& text) {
   const auto pair = read_pair(text);

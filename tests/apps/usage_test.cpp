@@ -3,6 +3,10 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+
+#include "tests/folder.hpp"
+
 namespace struna::apps {
 namespace {
 
@@ -50,6 +54,45 @@ TEST(Usage, OptionValueTurnsAReadersErrorIntoWrongUsage) {
   EXPECT_EQ(option_value("--count", "one", reader), 1);
   EXPECT_THROW(option_value("--count", "two", reader), UsageError);
   EXPECT_EQ(message_of([&] { option_value("--count", "two", reader); }), "--count: not a number: two");
+  EXPECT_EQ(option_value("--count", "ONE", reader), 1);
+  const auto named = [](const std::string& word) -> int { throw Error("damping: not so, got " + word); };
+  EXPECT_EQ(message_of([&] { option_value("--damping", "dry", named); }), "--damping: not so, got dry");
+}
+
+TEST(Usage, AnErrorsReasonLeavesOutTheFunctionButNoFileAndNoSentence) {
+  for (const char* function :
+       {"find_hit", "MotionHistory::at", "to_string(ModeFlag)", "ModalStepper", "fit"}) {
+    EXPECT_EQ(Error(std::string(function) + ": at least one, got none").reason(), "at least one, got none");
+  }
+  EXPECT_EQ(Error("records", 0, "cannot be opened").reason(), "records: cannot be opened");
+  EXPECT_EQ(Error("a.csv", 3, "text").reason(), "a.csv:3: text");
+  for (const char* plain : {"closed form: no", "body 'wire': no", "--band: no", ": no", "no colon", ""}) {
+    EXPECT_EQ(Error(plain).reason(), plain);
+  }
+  EXPECT_TRUE(Error("a.csv", 0, "text").names_file());
+  EXPECT_FALSE(Error("a.csv: text").names_file());
+}
+
+TEST(Usage, AFileToWriteThatIsReadIsRefusedThroughEveryLink) {
+  namespace fs = std::filesystem;
+  const tests::Folder folder;
+  const std::string file = folder.write("a.csv", "a");
+  const auto name = [&](const char* other) { return (folder / other).string(); };
+  fs::create_symlink("a.csv", name("soft.csv"));
+  fs::create_hard_link(file, name("hard.csv"));
+  fs::create_directory_symlink(folder.path(), name("here"));
+  for (const char* same : {"a.csv", "soft.csv", "hard.csv", "here/a.csv", "here/./a.csv"}) {
+    const std::string got = message_of([&] {
+      refuse_overwriting({{"-o", name(same)}}, {name("b.csv"), file});
+    });
+    EXPECT_THAT(got, StartsWith("-o " + name(same) + ": would overwrite its own input")) << same;
+  }
+  EXPECT_THAT(message_of([&] {
+                refuse_overwriting({{"-o", name("new.csv")}, {"--contacts", name("here/new.csv")}}, {});
+              }),
+              HasSubstr("-o writes to the same file"));
+  EXPECT_NO_THROW(refuse_overwriting({{"-o", name("b.csv")}, {"--contacts", name("c.csv")}}, {file}));
+  EXPECT_NO_THROW(refuse_overwriting({{"-o", "/dev/null"}, {"--contacts", "/dev/null"}}, {"/dev/null"}));
 }
 
 TEST(Usage, BlamingPutsTheFileBeforeAnErrorThatNamesNone) {
@@ -58,9 +101,12 @@ TEST(Usage, BlamingPutsTheFileBeforeAnErrorThatNamesNone) {
             }),
             "a.csv: no line left");
   EXPECT_EQ(message_of([] {
-              blaming({"a.csv", "b.csv"}, []() -> int { throw Error("b.csv:7: text"); });
+              blaming({"a.csv", "b.csv"}, []() -> int { throw Error("c.csv", 7, "text"); });
             }),
-            "b.csv:7: text");
+            "c.csv:7: text");
+  EXPECT_EQ(
+      message_of([] { blaming({"a.csv"}, []() -> int { throw Error("find_hit: the force is constant"); }); }),
+      "a.csv: the force is constant");
   EXPECT_EQ(blaming({"a.csv"}, [] { return 3; }), 3);
   EXPECT_THROW(blaming({"a.csv"}, []() -> int { throw UsageError("which band?"); }), UsageError);
 }
