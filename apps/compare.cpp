@@ -89,12 +89,18 @@ void add_compare(CLI::App& app) {
   const auto arguments = std::make_shared<CompareArguments>();
   CLI::App* const compare = app.add_subcommand(
       "compare", "FRAC, level error and peaks of a predicted against a measured transfer function");
-  compare->add_option("MEASURED", arguments->measured, "measured transfer function CSV")->required();
-  compare
-      ->add_option("PREDICTED", arguments->predicted, "predicted one; outputs of the same names are compared")
+  compare->add_option("MEASURED.csv", arguments->measured, "measured transfer function")
+      ->type_name("")
       ->required();
-  compare->add_option("-o", arguments->to, "comparison CSV to write");
-  compare->add_option("--band", arguments->band, "LO:HI [Hz]; default: all that both have");
+  compare
+      ->add_option("PREDICTED.csv", arguments->predicted,
+                   "predicted one; outputs of the same names are compared")
+      ->type_name("")
+      ->required();
+  compare->add_option("-o", arguments->to, "comparison to write")
+      ->type_name(written_file + std::string(".csv"));
+  compare->add_option("--band", arguments->band, "lines to compare [Hz]; default: all that both have")
+      ->type_name("LO:HI");
   compare->add_flag("--peaks", arguments->peaks, "list every peak, measured against predicted");
   compare->footer(
       "Example:\n"

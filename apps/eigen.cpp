@@ -210,14 +210,19 @@ void add_eigen(CLI::App& app) {
   const auto arguments = std::make_shared<EigenArguments>();
   CLI::App* const eigen =
       app.add_subcommand("eigen", "natural frequencies and modal constants of a body of the scene");
-  eigen->add_option("SCENE", arguments->scene, "scene TOML")->required();
-  eigen->add_option("--parameters", arguments->parameters, "identified.toml, one per body")
+  eigen->add_option("SCENE.toml", arguments->scene, "the scene")->type_name("")->required();
+  eigen->add_option("--parameters", arguments->parameters, "identified.toml; may be repeated, one per body")
+      ->type_name(read_file + std::string(".toml"))
       ->allow_extra_args(false);
-  eigen->add_option("--body", arguments->body, "body; default: the one driven and measured, or the only one");
-  eigen->add_option("--modes", arguments->modes, "number of modes; default 12")
-      ->check(CLI::Range(1, most_modes));
-  eigen->add_option("--band", arguments->band, "LO:HI [Hz]: the modes in it");
-  eigen->add_option("-o", arguments->to, "CSV to write");
+  eigen->add_option("--body", arguments->body, "which; default: the one driven and measured, or the only one")
+      ->type_name("NAME");
+  eigen
+      ->add_option("--modes", arguments->modes,
+                   fmt::format("how many, 1 to {}; default {}", most_modes, default_modes))
+      ->type_name("N")
+      ->check(CLI::Range(1, most_modes).description(""));
+  eigen->add_option("--band", arguments->band, "the modes in it [Hz]")->type_name("LO:HI");
+  eigen->add_option("-o", arguments->to, "table to write")->type_name(written_file + std::string(".csv"));
   eigen->footer(
       "Example:\n"
       "  struna eigen scene.toml --parameters identified.toml --band 10:1000 -o eigen.csv\n"

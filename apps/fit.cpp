@@ -134,17 +134,22 @@ void add_fit(CLI::App& app) {
   const auto arguments = std::make_shared<FitArguments>();
   CLI::App* const fit =
       app.add_subcommand("fit", "modulus, loss factor and Rayleigh coefficients from measured modes");
-  fit->add_option("SCENE", arguments->scene, "scene TOML: geometry, density, ends, drive and measurement")
+  fit->add_option("SCENE.toml", arguments->scene, "geometry, density, ends, drive and measurement")
+      ->type_name("")
       ->required();
-  fit->add_option("MODES", arguments->modes, "modes CSV, as `struna modes` writes it or made by hand")
+  fit->add_option("MODES.csv", arguments->modes, "modes, as `struna modes` writes them or made by hand")
+      ->type_name("")
       ->required();
-  fit->add_option("-o", arguments->to, "identified parameters TOML to write")->required();
+  fit->add_option("-o", arguments->to, "identified parameters to write")
+      ->type_name(written_file + std::string(".toml"))
+      ->required();
   const std::string laws = "constant, power, fractional_zener or monotone_spline; default: by AICc";
-  fit->add_option("--modulus-law", arguments->options.modulus_law, laws);
-  fit->add_option("--loss-factor-law", arguments->options.loss_factor_law, laws);
-  fit->add_option("--band", arguments->band, "LO:HI, modes to use [Hz]");
+  fit->add_option("--modulus-law", arguments->options.modulus_law, laws)->type_name("WORD");
+  fit->add_option("--loss-factor-law", arguments->options.loss_factor_law, laws)->type_name("WORD");
+  fit->add_option("--band", arguments->band, "modes to use [Hz]; default: all")->type_name("LO:HI");
   fit->add_option("--modulus-range", arguments->modulus_range,
-                  "LO:HI, where to look for the modulus [Pa]; default 1e6:1e12");
+                  "where to look for the modulus [Pa]; default 1e6:1e12")
+      ->type_name("LO:HI");
   fit->footer(
       "Examples:\n"
       "  struna fit scene.toml modes.csv -o identified.toml\n"

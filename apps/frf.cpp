@@ -101,8 +101,7 @@ void run_frf(FrfArguments& arguments) {
   ident::write_transfer_function(measured.function, arguments.to);
 
   Table table{{"setting", "value"}, {}};
-  for (const auto& [name, value] : transfer_settings_shown(measured))
-    table.rows.push_back({name, value});
+  for (const auto& [name, value] : transfer_settings_shown(measured)) table.rows.push_back({name, value});
   print(table);
   print("");
   print(outputs_table(measured.function));
@@ -115,42 +114,52 @@ void add_frf(CLI::App& app) {
   ident::WelchOptions& welch = arguments->settings.welch;
   CLI::App* const frf =
       app.add_subcommand("frf", "transfer functions with coherence and standard deviation from records");
-  frf->add_option("RECORDS", arguments->records,
-                  "records CSV; several are repeats of one setup and are averaged")
+  frf->add_option("RECORDS.csv", arguments->records, "records; several are repeats of one setup, averaged")
+      ->type_name("")
       ->required();
-  frf->add_option("--input", arguments->input, "column of the input")->required();
+  frf->add_option("--input", arguments->input, "column of the input")->type_name("NAME")->required();
   frf->add_option("--output", arguments->outputs, "column of an output; may be repeated")
+      ->type_name("NAME")
       ->required()
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  frf->add_option("-o", arguments->to, "transfer function CSV to write")->required();
-  frf->add_option("--form", arguments->form,
-                  "as-measured, dynamic-stiffness, impedance, apparent-mass, receptance, mobility or "
-                  "accelerance: changes the "
-                  "motion quantity; inverts only a drive-point function with one output")
-      ->capture_default_str();
-  frf->add_option("--estimator", arguments->estimator,
-                  "auto (by the records), local, local-polynomial or periodic, none of which leaks; Welch's "
-                  "averages: welch or h1 (noise on the output), h2 (on the input), hv (on both), amplitude-ratio")
-      ->capture_default_str();
-  frf->add_option("--resolution", welch.resolution_hz,
-                  "line spacing [Hz]; default: from the records' duration")
+  frf->add_option("-o", arguments->to, "transfer function to write")
+      ->type_name(written_file + std::string(".csv"))
+      ->required();
+  frf->add_option(
+         "--form", arguments->form,
+         "as-measured (default), dynamic-stiffness, impedance, apparent-mass, receptance, mobility or "
+         "accelerance: changes the "
+         "motion quantity; inverts only a drive-point function with one output")
+      ->type_name("WORD");
+  frf->add_option(
+         "--estimator", arguments->estimator,
+         "auto (default: by the records), local, local-polynomial or periodic, none of which leaks; Welch's "
+         "averages: welch or h1 (noise on the output), h2 (on the input), hv (on both), amplitude-ratio")
+      ->type_name("WORD");
+  frf->add_option("--resolution", welch.resolution_hz, "line spacing; default: from the records' duration")
+      ->type_name("HZ")
       ->check([](const std::string& text) {
         return std::atof(text.c_str()) > 0.0 ? "" : "must be above 0 Hz, got " + text;
       });
-  frf->add_option("--band", arguments->band, "LO:HI, lines to write [Hz]");
-  const CLI::Option* const overlap = frf->add_option("--overlap", welch.overlap, "of the segments, 0 to 0.9")
-                                         ->check(CLI::Range(0.0, 0.9))
-                                         ->capture_default_str();
-  frf->add_option("--window", arguments->window,
-                  "auto, hann, rectangular (alone: one segment per record) or exponential (impact tests)")
-      ->capture_default_str();
+  frf->add_option("--band", arguments->band, "lines to write [Hz]; default: all above 0 Hz")
+      ->type_name("LO:HI");
+  const CLI::Option* const overlap =
+      frf->add_option("--overlap", welch.overlap, "of neighbouring segments, 0 to 0.9; default 2/3")
+          ->check(CLI::Range(0.0, 0.9).description(""))
+          ->type_name("FRACTION");
+  frf->add_option(
+         "--window", arguments->window,
+         "auto (default), hann, rectangular (alone: one segment per record) or exponential (impact tests)")
+      ->type_name("WORD");
   frf->add_flag("--impact", welch.impact, "hammer test: each record holds one hit and is one segment");
-  const CLI::Option* const end = frf->add_option("--exponential-end", welch.exponential_end,
-                                                 "value of the exponential window at the end of the record")
-                                     ->capture_default_str();
+  const CLI::Option* const end =
+      frf->add_option("--exponential-end", welch.exponential_end,
+                      "value of the exponential window at the end of the record, 0 to 1; default 0.01")
+          ->type_name("FRACTION");
   frf->add_option("--channel", arguments->channels,
-                  "NAME:key=value,... corrects a column before use: sensitivity, sign, delay [s], unit")
+                  "corrects a column before use; keys: sensitivity, sign, delay [s], unit")
+      ->type_name("NAME:KEY=VALUE,...")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   frf->footer(

@@ -298,16 +298,23 @@ void add_predict(CLI::App& app) {
   const auto arguments = std::make_shared<PredictArguments>();
   CLI::App* const predict =
       app.add_subcommand("predict", "transfer function of the scene's model, without contact");
-  predict->add_option("SCENE", arguments->scene, "scene TOML")->required();
-  predict->add_option("-o", arguments->to, "predicted transfer function CSV to write")->required();
-  predict->add_option("--parameters", arguments->parameters, "identified.toml, one per body")
+  predict->add_option("SCENE.toml", arguments->scene, "the scene")->type_name("")->required();
+  predict->add_option("-o", arguments->to, "predicted transfer function to write")
+      ->type_name(written_file + std::string(".csv"))
+      ->required();
+  predict->add_option("--parameters", arguments->parameters, "identified.toml; may be repeated, one per body")
+      ->type_name(read_file + std::string(".toml"))
       ->allow_extra_args(false);
-  predict->add_option("--like", arguments->like,
-                      "transfer function CSV whose outputs, form and lines are repeated");
-  predict->add_option("--damping", arguments->damping, "structural (default) or viscous");
-  predict->add_option("--band", arguments->band, "LO:HI [Hz]; default 10:1000, with --like all of its lines");
-  predict->add_option("--resolution", arguments->resolution_hz, "line spacing [Hz]; default 0.5")
-      ->check(CLI::PositiveNumber);
+  predict
+      ->add_option("--like", arguments->like, "transfer function whose outputs, form and lines are repeated")
+      ->type_name(read_file + std::string(".csv"));
+  predict->add_option("--damping", arguments->damping, "structural (default) or viscous")->type_name("WORD");
+  predict->add_option("--band", arguments->band, "lines [Hz]; default 10:1000, with --like all of its lines")
+      ->type_name("LO:HI");
+  predict->add_option("--resolution", arguments->resolution_hz, "line spacing; default 0.5")
+      ->type_name("HZ")
+      ->check(
+          CLI::Range(std::numeric_limits<double>::min(), std::numeric_limits<double>::max()).description(""));
   predict->footer(
       "Example:\n"
       "  struna predict scene.toml -o predicted.csv --parameters identified.toml --like trfam.csv\n"
