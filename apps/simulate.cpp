@@ -289,6 +289,9 @@ void run_simulate(const SimulateArguments& arguments) {
     throw Error(arguments.scene, 0, "a [simulation] with duration and excitation is needed");
   if (!arguments.method.empty())
     scene.simulation->method = option_value("--method", arguments.method, method_of);
+  refuse_overwriting(
+      {{"-o", arguments.to}, {"--contacts", arguments.contacts_to}, {"--report", arguments.report_to}},
+      {scene.simulation->excitation.file});
   const auto motion =
       blaming({arguments.scene, scene.simulation->excitation.file}, [&] { return motion_of(scene); });
 
@@ -325,7 +328,7 @@ void add_simulate(CLI::App& app) {
   const auto arguments = std::make_shared<SimulateArguments>();
   CLI::App* const simulate =
       app.add_subcommand("simulate", "records of a scene run in time, contact included");
-  simulate->add_option("SCENE", arguments->scene, "scene TOML with [simulation]")->required();
+  simulate->add_option("SCENE.toml", arguments->scene, "scene with [simulation]")->type_name("")->required();
   simulate
       ->add_option("--parameters", arguments->parameters, "identified.toml; may be repeated, one per body")
       ->type_name("FILE.toml")
