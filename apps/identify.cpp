@@ -184,6 +184,18 @@ void write(const Study& study, const std::string& folder, const Identification& 
   });
 }
 
+/// Told before the records are read.
+void refuse_overwriting_inputs(const Study& study, const std::string& folder) {
+  std::vector<std::pair<std::string, std::string>> written;
+  for (const char* name : {"trfam.csv", "modes.csv", "identified.toml", "predicted.csv",
+                           "predicted_viscous.csv", "comparison.csv", "report.html"}) {
+    written.emplace_back("-o", folder + "/" + name);
+  }
+  std::vector<std::string> read = study.records;
+  read.insert(read.end(), {study.file, study.scene});
+  refuse_overwriting(written, read);
+}
+
 std::string range_of(const Eigen::VectorXd& values, const char* unit) {
   if (values.size() == 0) return "no mode is trusted for it";
   return fmt::format("{:.4g} to {:.4g}{}", values.minCoeff(), values.maxCoeff(), unit);
@@ -220,9 +232,9 @@ void add_identify(CLI::App& app) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "identify", "from records to identified parameters, a compared prediction and a report");
-  command->add_option("study", options->study, "the study file: scene, records, input, outputs and options")
+  command->add_option("STUDY.toml", options->study, "scene, records, input, outputs and options")
       ->required()
-      ->type_name("STUDY.toml");
+      ->type_name("");
   command
       ->add_option(
           "-o,--output-folder", options->folder,
@@ -237,6 +249,7 @@ void add_identify(CLI::App& app) {
   command->callback([options] {
     check_folder(options->folder);
     const Study study = read_study(options->study);
+    refuse_overwriting_inputs(study, options->folder);
     const Identification found = identify(study);
     for (const auto& doubt : found.doubts) warn(ident::sentence(doubt));
     for (const auto& warning : found.warnings) warn(warning);
