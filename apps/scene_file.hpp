@@ -8,7 +8,8 @@
 namespace struna::apps {
 
 /// Reads scene TOML (docs/files.md). Every fault (unknown key, missing key, wrong type, contradictory keys,
-/// value out of range) is an Error with file and line; paths inside are relative to the scene file.
+/// value out of range) is an Error with file and line; paths inside are relative to the scene file. Warns of
+/// what is probably in another unit (scene_warnings.hpp).
 ///
 /// A body's Young's modulus may be missing, as it is until it has been identified: its law then has no
 /// parameters. Commands that need it call require_modulus.

@@ -274,7 +274,7 @@ TEST(SceneFile, RefusesWhatIsWrongInABodyWithFileAndLine) {
       {with("poisson", "poisson = -1"), "s.toml:6: body.poisson must lie above -1"},
       {with("poisson", "poisson = 0.51"),
        "s.toml:6: body.poisson must lie above -1 and not above 0.5, got 0.51"},
-      {with("elements", "elements = 0"), "s.toml:6: body.elements must be at least 1"},
+      {with("elements", "elements = 0"), "s.toml:6: body.elements must be from 1 to 1000"},
       {with("elements", "elements = 2.5"), "s.toml:6: body.elements must be an integer"},
       {with("start", "start = \"fixed\""),
        "s.toml:6: body.start must be one of clamped, pinned, free, got 'fixed'"},
