@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "apps/repeated_records.hpp"
 #include "ident/noise_floor.hpp"
 #include "ident/resonance_search.hpp"
 
@@ -59,6 +60,21 @@ void warn_of_few_averages(const ident::TransferEstimate& estimate, std::vector<s
     warnings.push_back(fmt::format(
         "only {:.1f} effective averages: coherence reads high (by up to {:.2f}) and sigma scatters",
         estimate.effective_averages, 1.0 / estimate.effective_averages));
+  else if (estimate.effective_averages > 0.0 && estimate.effective_averages <= 1.01)
+    warnings.push_back(
+        "one average only: coherence and sigma cannot be told; a coarser resolution, a longer record or "
+        "repeats can tell them");
+}
+
+/// A band that was asked for further up than the records go.
+void warn_of_cut_band(const Band& band, const ident::TransferFunction& all,
+                      std::vector<std::string>& warnings) {
+  const double top = all.frequency_hz[all.lines() - 1];
+  const double next = all.lines() > 1 ? 2.0 * top - all.frequency_hz[all.lines() - 2] : top;
+  if (band.hi_hz > next * (1.0 + 1e-9))
+    warnings.push_back(fmt::format(
+        "the band up to {:g} Hz ends at {:.6g} Hz: there are no lines beyond half the sample rate",
+        band.hi_hz, top));
 }
 
 /// Resonances narrower than the estimator can follow. Hits and sweeps decay within their one segment: there
@@ -96,14 +112,16 @@ MeasuredTransfer measure_transfer(const std::vector<std::string>& records, const
                                   const std::vector<std::string>& outputs,
                                   const std::map<std::string, ident::ChannelCorrection>& corrections,
                                   const TransferSettings& settings) {
+  refuse_repeated_records(records);
   MeasuredTransfer measured;
   measured.estimate = ident::estimate_transfer(
       records, input, outputs, {settings.method, settings.estimator, settings.welch}, corrections);
   measured.function = std::move(measured.estimate.function);
+  measured.warnings = measured.estimate.warnings;
+  if (settings.band) warn_of_cut_band(*settings.band, measured.function, measured.warnings);
   if (settings.band)
     measured.function = ident::restrict_band(measured.function, settings.band->lo_hz, settings.band->hi_hz);
   if (settings.form) measured.function = ident::convert(measured.function, *settings.form);
-  measured.warnings = measured.estimate.warnings;
   warn_of_few_averages(measured.estimate, measured.warnings);
   warn_of_low_coherence(measured, measured.warnings);
   warn_of_few_lines(measured.estimate, measured.function, measured.warnings);

@@ -143,6 +143,7 @@ struct RecordReader::State {
   std::vector<double> factors;
   std::vector<int> slots;       ///< of each column in the file: 0 time, k + 1 channel k, -1 none
   std::vector<double> numbers;  ///< of a row, by slot
+  std::vector<ChannelWatch> watches;
   std::string_view time_text;
 
   explicit State(const std::string& file)
@@ -165,6 +166,7 @@ struct RecordReader::State {
     const Unit parsed = Clock::unit_in_header(csv.file(), unit);
     channels.push_back({name, parsed.quantity, correction.delay});
     slots[column] = static_cast<int>(channels.size());
+    watches.emplace_back();
     numbers.push_back(0.0);
     factors.push_back(parsed.to_si * correction.sensitivity * correction.sign);
   }
@@ -195,6 +197,9 @@ double RecordReader::sample_interval() const {
 double RecordReader::start() const {
   return state_->clock.start();
 }
+const std::vector<ChannelWatch>& RecordReader::watches() const {
+  return state_->watches;
+}
 
 long RecordReader::read(Eigen::MatrixXd& block, long rows) {
   State& state = *state_;
@@ -208,10 +213,27 @@ long RecordReader::read(Eigen::MatrixXd& block, long rows) {
           state.factors[static_cast<std::size_t>(k)] * state.numbers[static_cast<std::size_t>(k + 1)];
     ++row;
   }
+  for (long k = 0; k < columns; ++k) state.watches[static_cast<std::size_t>(k)].add(block.col(k).head(row));
   if (row < rows && state.clock.rows() < 2)
     throw Error(state.csv.file(), 0,
                 fmt::format("has {} data row(s): a record needs at least 2", state.clock.rows()));
   return row;
+}
+
+std::vector<std::string> record_warnings(const std::string& file, const std::vector<Channel>& channels,
+                                         const std::vector<ChannelWatch>& watches) {
+  std::vector<std::string> warnings;
+  const auto tell = [&](const Channel& channel, long samples, const char* which, double value) {
+    if (samples == 0) return;
+    warnings.push_back(fmt::format(
+        "{}: {} samples of '{}' stand at its {} value, {:.6g} {}: clipped? measure again with a lower gain",
+        file, samples, channel.name, which, value, si_unit(channel.quantity)));
+  };
+  for (std::size_t k = 0; k < watches.size(); ++k) {
+    tell(channels[k], watches[k].at_upper_limit(), "largest", watches[k].upper());
+    tell(channels[k], watches[k].at_lower_limit(), "smallest", watches[k].lower());
+  }
+  return warnings;
 }
 
 long count_rows(const std::string& file) {

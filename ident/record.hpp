@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "ident/channel_watch.hpp"
 #include "ident/units.hpp"
 
 namespace struna::ident {
@@ -57,11 +58,18 @@ class RecordReader {
   double sample_interval() const;
   /// Time of the first row [s]; known after the first read.
   double start() const;
+  /// What the samples read so far tell of each channel.
+  const std::vector<ChannelWatch>& watches() const;
 
  private:
   struct State;
   std::unique_ptr<State> state_;
 };
+
+/// What a user should look at before the record is believed, a line each with the file's name in front:
+/// channels that stand at a limit.
+std::vector<std::string> record_warnings(const std::string& file, const std::vector<Channel>& channels,
+                                         const std::vector<ChannelWatch>& watches);
 
 /// The number of data rows: a quick scan for line ends.
 long count_rows(const std::string& file);

@@ -44,14 +44,41 @@ Repeats open_repeats(const std::vector<std::string>& files, const std::string& i
                     fmt::format("column '{}' is in {} here and in {} in {}: repeats must measure the same",
                                 columns[k], si_unit(there[k].quantity), si_unit(repeats.channels[k].quantity),
                                 files[0]));
+    const auto watches = std::make_shared<std::vector<ChannelWatch>>();
+    const auto open = [file, columns, corrections, watches] {
+      auto reader = std::make_shared<RecordReader>(file, columns, corrections);
+      return Rows{[reader, watches](Eigen::MatrixXd& block, long rows) {
+                    const long got = reader->read(block, rows);
+                    if (got < rows) *watches = reader->watches();
+                    return got;
+                  },
+                  [reader] { return reader->sample_interval(); }};
+    };
     repeats.records.push_back(
-        {file, head.sample_interval(), count_samples ? count_rows(file) : 0, [file, columns, corrections] {
-           auto reader = std::make_shared<RecordReader>(file, columns, corrections);
-           return Rows{[reader](Eigen::MatrixXd& block, long rows) { return reader->read(block, rows); },
-                       [reader] { return reader->sample_interval(); }};
-         }});
+        {file, head.sample_interval(), count_samples ? count_rows(file) : 0, open, watches});
   }
   return repeats;
+}
+
+std::vector<std::string> record_warnings(const Repeats& repeats, bool impact) {
+  // Pulses of half a sine in a twentieth of the record: 2/3 of that.
+  constexpr double hit_share = 0.033;
+  constexpr double hit_one_sidedness = 0.7;
+  std::vector<std::string> warnings;
+  for (const Repeat& repeat : repeats.records) {
+    if (!repeat.watches || repeat.watches->empty()) continue;
+    for (auto& warning : record_warnings(repeat.name, repeats.channels, *repeat.watches))
+      warnings.push_back(std::move(warning));
+    const ChannelWatch& input = repeat.watches->front();
+    if (!impact && input.active_share() > 0.0 && input.active_share() < hit_share &&
+        input.one_sidedness() > hit_one_sidedness)
+      warnings.push_back(
+          fmt::format("{}: '{}' acts in {:.2g} % of the record, to one side, as a hammer does: use --impact, "
+                      "with one hit "
+                      "per record",
+                      repeat.name, repeats.channels.front().name, 150.0 * input.active_share()));
+  }
+  return warnings;
 }
 
 Repeats open_repeats(const Record& record, const std::string& input,
@@ -83,7 +110,7 @@ Repeats open_repeats(const Record& record, const std::string& input,
                 },
                 [&record] { return record.sample_interval; }};
   };
-  repeats.records = {{"record", record.sample_interval, record.samples.rows(), open}};
+  repeats.records = {{"record", record.sample_interval, record.samples.rows(), open, {}}};
   return repeats;
 }
 

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <functional>
 #include <map>
+#include <memory>
 #include <string>
 #include <vector>
 
@@ -23,6 +24,7 @@ struct Repeat {
   double sample_interval = 0.0;  ///< from its first rows [s]
   long samples = 0;              ///< 0 where not counted
   std::function<Rows()> open;
+  std::shared_ptr<std::vector<ChannelWatch>> watches;  ///< of a file read to its end; empty before
 
   double duration() const { return static_cast<double>(samples) * sample_interval; }
 };
@@ -40,6 +42,10 @@ Repeats open_repeats(const std::vector<std::string>& files, const std::string& i
                      const std::map<std::string, ChannelCorrection>& corrections, bool count_samples);
 /// The same for a record in memory, which must outlive the result and hold finite values.
 Repeats open_repeats(const Record& record, const std::string& input, const std::vector<std::string>& outputs);
+
+/// What a user should look at in the records that have been read to their end: channels that stand at a
+/// limit, and an input that is a hammer's although no `impact` is told.
+std::vector<std::string> record_warnings(const Repeats& repeats, bool impact);
 
 /// Throws Error unless all records are sampled alike, to 1e-3.
 void check_sampled_alike(const std::vector<Repeat>& records);

@@ -16,6 +16,8 @@ namespace struna::ident {
 namespace {
 
 constexpr long fewest_samples = 16;  // of a segment
+constexpr double long_segment_hz = 0.1;
+constexpr double most_samples = 1e12;  // beyond any record, within a long
 
 /// Sums of products of segment spectra; column 0 of a segment is the input.
 class Averager {
@@ -105,7 +107,7 @@ Plan plan_segments(const std::vector<Repeat>& repeats, const WelchOptions& optio
   const double duration =
       options.resolution_hz > 0.0 ? 1.0 / options.resolution_hz : automatic_segment(repeats);
   Plan plan;
-  plan.length = std::lround(duration / repeats[0].sample_interval);
+  plan.length = std::lround(std::min(duration / repeats[0].sample_interval, most_samples));
   if (options.resolution_hz == 0.0)  // rounding must not ask for a sample more than there is
     for (const Repeat& repeat : repeats) plan.length = std::min(plan.length, repeat.samples);
   if (options.window == Window::rectangular)
@@ -116,17 +118,6 @@ Plan plan_segments(const std::vector<Repeat>& repeats, const WelchOptions& optio
   return plan;
 }
 
-void check(const Plan& plan, const std::vector<Repeat>& repeats) {
-  check_sampled_alike(repeats);
-  if (plan.length < fewest_samples)
-    throw Error(
-        repeats[0].name, 0,
-        fmt::format(
-            "segments of {} samples are too short, at least {} are needed: record for longer, or ask for a "
-            "finer resolution",
-            plan.length, fewest_samples));
-}
-
 [[noreturn]] void refuse_short(const Repeat& repeat, long samples, const Plan& plan) {
   const double resolution = 1.0 / (static_cast<double>(plan.length) * repeat.sample_interval);
   throw Error(
@@ -135,6 +126,20 @@ void check(const Plan& plan, const std::vector<Repeat>& repeats) {
           "{} samples are too few for a segment of {} ({:.4g} Hz): record for longer, or ask for a coarser "
           "resolution",
           samples, plan.length, resolution));
+}
+
+void check(const Plan& plan, const std::vector<Repeat>& repeats) {
+  check_sampled_alike(repeats);
+  for (const Repeat& repeat : repeats)
+    if (!plan.whole && repeat.samples > 0 && plan.length > repeat.samples)
+      refuse_short(repeat, repeat.samples, plan);
+  if (plan.length < fewest_samples)
+    throw Error(
+        repeats[0].name, 0,
+        fmt::format(
+            "segments of {} samples are too short, at least {} are needed: record for longer, or ask for a "
+            "finer resolution",
+            plan.length, fewest_samples));
 }
 
 /// Streams a record through a buffer of one segment; returns the number of segments.
@@ -183,7 +188,8 @@ void add_whole(const Repeat& repeat, Rows& rows, const Plan& plan, const WelchOp
     for (long k = 1; k < channels && plan.window == Window::rectangular; ++k)
       if (tail[k] > 0.05 * peak[k])
         spectra.warnings.push_back(fmt::format(
-            "{}: output {} still moves when the record ends: use an exponential window", repeat.name, k));
+            "{}: '{}' still moves when the record ends: a longer record or --window exponential is needed",
+            repeat.name, spectra.outputs[static_cast<std::size_t>(k - 1)].name));
   } else {
     samples.rowwise() -= samples.colwise().mean().eval();
   }
@@ -273,9 +279,13 @@ Spectra welch_spectra(const std::vector<std::string>& files, const std::string& 
                       const std::vector<std::string>& outputs, const WelchOptions& options,
                       const std::map<std::string, ChannelCorrection>& corrections) {
   check(options);
-  const bool by_length = options.impact || options.resolution_hz == 0.0;
+  // Of long segments the length is checked before memory is taken for them.
+  const bool by_length = options.impact || options.resolution_hz < long_segment_hz;
   const Repeats repeats = open_repeats(files, input, outputs, corrections, by_length);
-  return estimate(repeats.records, repeats.channels, options);
+  Spectra spectra = estimate(repeats.records, repeats.channels, options);
+  for (auto& warning : record_warnings(repeats, options.impact))
+    spectra.warnings.push_back(std::move(warning));
+  return spectra;
 }
 
 Spectra welch_spectra(const Record& record, const std::string& input, const std::vector<std::string>& outputs,

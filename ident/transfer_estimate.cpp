@@ -377,9 +377,13 @@ TransferEstimate estimate_transfer(const std::vector<std::string>& files, const 
                                    const std::map<std::string, ChannelCorrection>& corrections) {
   const bool welch = options.method == EstimateMethod::welch;
   const Repeats repeats = open_repeats(files, input, outputs, corrections, !welch);
-  return Estimation(repeats, options,
-                    [&] { return welch_spectra(files, input, outputs, options.welch, corrections); })
-      .run();
+  TransferEstimate estimate = Estimation(repeats, options, [&] {
+                                return welch_spectra(files, input, outputs, options.welch, corrections);
+                              }).run();
+  if (estimate.method == EstimateMethod::welch) return estimate;  // it has told of the records
+  for (auto& warning : record_warnings(repeats, options.welch.impact))
+    estimate.warnings.push_back(std::move(warning));
+  return estimate;
 }
 
 TransferEstimate estimate_transfer(const Record& record, const std::string& input,

@@ -93,12 +93,14 @@ double ratio_sigma(const Densities& s, double coherence, double averages, Estima
 }
 
 /// Lines that say something about the function: not 0 Hz, whose value went with the mean, nor the Nyquist
-/// line, which has no imaginary part, nor lines without any power to divide by.
+/// line, which has no imaginary part, nor lines without any power to divide by: the lines between those of a
+/// periodic input hold rounding only, 1e-30 of the largest one's power; 24 bits leave 1e-21.
 std::vector<long> usable_lines(const Spectra& spectra, Estimator estimator) {
   const double nyquist = 0.5 / spectra.sample_interval;
+  const double rounding = 1e-24 * spectra.input_auto.maxCoeff();
   std::vector<long> lines;
   for (long i = 1; i < spectra.frequency_hz.size(); ++i) {
-    if (spectra.frequency_hz[i] > nyquist - 0.25 * spectra.resolution_hz || !(spectra.input_auto[i] > 0.0))
+    if (spectra.frequency_hz[i] > nyquist - 0.25 * spectra.resolution_hz || !(spectra.input_auto[i] > rounding))
       continue;
     const bool divides_by_cross = estimator == Estimator::h2 || estimator == Estimator::hv;
     if (divides_by_cross && !(spectra.cross.row(i).cwiseAbs().minCoeff() > 0.0)) continue;

@@ -182,6 +182,25 @@ TEST(Record, ATimeOfFewDigitsWithADecimalCommaIsAllowedItsRounding) {
   EXPECT_EQ(record.samples(2999, 0), 2999.0);
 }
 
+TEST(Record, ChannelsThatStandAtALimitAreTold) {
+  const tests::Folder folder;
+  std::string text = "time [s],force [N],x [mm]\n";
+  for (int i = 0; i < 1000; ++i) {
+    const double s = std::sin(0.05 * i);
+    text +=
+        std::to_string(1e-3 * i) + "," + std::to_string(std::min(s, 0.9)) + "," + std::to_string(s) + "\n";
+  }
+  const std::string file = folder.write("r.csv", text);
+  RecordReader reader(file, {"force", "x"});
+  Eigen::MatrixXd block;
+  while (reader.read(block, 64) > 0) {
+  }
+  const auto warnings = record_warnings(file, reader.channels(), reader.watches());
+  ASSERT_EQ(warnings.size(), 1U);
+  EXPECT_THAT(warnings[0], HasSubstr(file + ": "));
+  EXPECT_THAT(warnings[0], HasSubstr("samples of 'force' stand at its largest value, 0.9 N"));
+}
+
 TEST(Record, BlocksJoinToTheWholeWhateverTheirSize) {
   const tests::Folder folder;
   const std::string file = folder.write("r.csv", rows("%.9f", 1e-3, 1003));
