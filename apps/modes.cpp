@@ -57,6 +57,33 @@ ident::ModeOptions options_of(const ModesArguments& arguments) {
   return options;
 }
 
+/// Why there may be none, for the user to mend.
+std::string no_mode_found(const std::string& file, const ident::TransferFunction& tf,
+                          const ident::ModeOptions& options) {
+  ident::TransferFunction conjugate = tf;
+  for (auto& output : conjugate.outputs) output.value = output.value.conjugate().eval();
+  const std::size_t found = ident::identify_modes(conjugate, options).modes.size();
+  if (found > 0)
+    return fmt::format(
+        "{}: no mode, but {} with the sign of the imaginary parts reversed: they follow the time factor "
+        "e^(-i omega t), e^(+i omega t) is needed; reverse the sign of the _im columns",
+        file, found);
+  std::string noise;
+  for (const auto& output : tf.outputs) {
+    if (output.sigma.size() == 0) continue;
+    const double drowned = (output.sigma.array() > 0.5 * output.value.array().abs()).cast<double>().mean();
+    if (drowned > 0.5) noise += (noise.empty() ? "" : ", ") + output.name;
+  }
+  if (!noise.empty())
+    return fmt::format(
+        "{}: no mode: noise is more than half of the value at most lines of {}; more averages, stronger "
+        "excitation or a narrower --band are needed",
+        file, noise);
+  return fmt::format(
+      "{}: no mode: no resonance stands out; --band tells where to look, --frequencies which ones to try",
+      file);
+}
+
 void run_modes(const ModesArguments& arguments) {
   const ident::ModeOptions options = options_of(arguments);
   std::vector<std::string> warnings;
@@ -64,6 +91,7 @@ void run_modes(const ModesArguments& arguments) {
   for (const std::string& warning : warnings) warn(warning);
   progress(fmt::format("modes of {} outputs, {} lines", tf.outputs.size(), tf.lines()));
   const ident::ModeSet set = blaming({arguments.from}, [&] { return ident::identify_modes(tf, options); });
+  if (set.modes.empty()) warn(no_mode_found(arguments.from, tf, options));
   ident::write_modes(set, arguments.to);
   print(modes_table(set));
   if (set.rejected.empty()) return;
@@ -80,18 +108,27 @@ void add_modes(CLI::App& app) {
   const auto arguments = std::make_shared<ModesArguments>();
   CLI::App* const modes =
       app.add_subcommand("modes", "natural and half-power frequencies, loss factors, modal constants");
-  modes->add_option("TRFAM", arguments->from, "transfer function CSV, as `struna frf` writes it")->required();
-  modes->add_option("-o", arguments->to, "modes CSV to write")->required();
-  modes->add_option("--band", arguments->band, "LO:HI, lines to use [Hz]");
-  modes->add_option(
-      "--method", arguments->method,
-      "auto, circle, half-power or multi; auto: circles start and illustrate, a multi-mode fit refines");
-  modes->add_option("--damping", arguments->damping, "structural or viscous");
+  modes->add_option("TRFAM.csv", arguments->from, "transfer function, as `struna frf` writes it")
+      ->type_name("")
+      ->required();
+  modes->add_option("-o", arguments->to, "modes to write")
+      ->type_name(written_file + std::string(".csv"))
+      ->required();
+  modes->add_option("--band", arguments->band, "lines to use [Hz]; default: all above 0 Hz")
+      ->type_name("LO:HI");
+  modes
+      ->add_option(
+          "--method", arguments->method,
+          "auto (default: circles start and illustrate, a multi-mode fit refines), circle, half-power "
+          "or multi")
+      ->type_name("WORD");
+  modes->add_option("--damping", arguments->damping, "structural (default) or viscous")->type_name("WORD");
   CLI::Option* const only =
-      modes->add_option("--frequencies", arguments->frequencies, "F1,F2,...: these resonances only [Hz]");
-  only->delimiter(',')->allow_extra_args(false);
-  modes->add_option("--add", arguments->extra, "F1,F2,...: these besides the ones found [Hz]")
+      modes->add_option("--frequencies", arguments->frequencies, "these resonances only");
+  only->delimiter(',')->allow_extra_args(false)->type_name("HZ,HZ,...");
+  modes->add_option("--add", arguments->extra, "these besides the ones found")
       ->delimiter(',')
+      ->type_name("HZ,HZ,...")
       ->allow_extra_args(false)
       ->excludes(only);
   modes->footer(
