@@ -15,7 +15,9 @@ namespace struna::tests {
 namespace {
 
 namespace fs = std::filesystem;
+using testing::ContainsRegex;
 using testing::HasSubstr;
+using testing::Not;
 using testing::StartsWith;
 
 std::set<std::string> files_in(const Folder& folder) {
@@ -36,6 +38,13 @@ std::string record(long rows, long line = 0, const std::string& instead = "") {
     text += line == i + 2 ? instead + "\n"
                           : std::to_string(t) + "," + std::to_string(u) + "," + std::to_string(u) + "\n";
   }
+  return text;
+}
+
+std::string rows_of_constant_input(long rows) {
+  std::string text;
+  for (long i = 0; i < rows; ++i)
+    text += std::to_string(1e-3 * static_cast<double>(i)) + ",0.5," + std::to_string(i % 7) + "\n";
   return text;
 }
 
@@ -121,6 +130,22 @@ std::vector<Case> cases() {
       record_case("EmptyFile", "", "struna: a.csv"),
       record_case("OneLineFile", "time [s],displacement [m],force_y [N]\n", "struna: a.csv"),
       record_case("RecordTooShort", record(3), "struna: a.csv"),
+      record_case("ConstantInput", "time [s],displacement [m],force_y [N]\n" + rows_of_constant_input(2000),
+                  "struna: a.csv: input 'displacement' is constant"),
+      {"OutputNamedTwice", [](const Folder& folder) { folder.write("a.csv", record(5000)); },
+       frf_command + " --output force_y", "struna: a.csv: column 'force_y' is named twice"},
+      {"ConstantForceOfAHit",
+       [](const Folder& folder) {
+         folder.write("a.csv", "time [s],displacement [m],force_y [N]\n" + rows_of_constant_input(2000));
+       },
+       frf_command + " --impact", "struna: a.csv: the force is constant"},
+      {"TheSameRecordTwice",
+       [](const Folder& folder) {
+         folder.write("a.csv", record(5000));
+         folder.write("b.csv", record(5000));
+       },
+       "frf a.csv b.csv --input displacement --output force_y -o out.csv",
+       "struna: b.csv: holds the same record as a.csv"},
       {"MissingFile", nothing, frf_command, "struna: a.csv: "},
       {"FolderForAFile", [](const Folder& folder) { fs::create_directory(folder / "a.csv"); }, frf_command,
        "struna: a.csv: "},
@@ -130,13 +155,13 @@ std::vector<Case> cases() {
       {"BandBeyondTheLines", [](const Folder& folder) { folder.write("a.csv", record(5000)); },
        frf_command + " --band 2000:3000", "struna: a.csv"},
       {"OutputIntoAFolderThatIsNotThere", [](const Folder& folder) { folder.write("a.csv", record(5000)); },
-       "frf a.csv --input displacement --output force_y -o absent/out.csv", "struna: absent/out.csv: "},
+       "frf a.csv --input displacement --output force_y --resolution 5 -o absent/out.csv", "struna: absent/out.csv: "},
       {"OutputOntoAFolder",
        [](const Folder& folder) {
          folder.write("a.csv", record(5000));
          fs::create_directory(folder / "out.csv");
        },
-       frf_command, "struna: out.csv: "},
+       frf_command + " --resolution 5", "struna: out.csv: "},
       // Scenes.
       scene_case("BodyOfNoLength",
                  scene_with("points = [[0,0,0], [0.68,0,0]]", "points = [[1,0,0], [1,0,0]]"),
@@ -147,6 +172,13 @@ std::vector<Case> cases() {
       scene_case("BrokenToml", scene_with("density = 7650", "density = = 7650"), "struna: s.toml:5: "),
       scene_case("EmptyScene", "", "struna: s.toml: "),
       scene_case("NoModulus", scene_with("youngs_modulus = 120e9", ""), "struna: s.toml: "),
+      scene_case("MoreElementsThanDigits", scene_with("elements = 10", "elements = 100000"),
+                 "struna: s.toml:6: body.elements must be from 1 to 1000"),
+      scene_case("OnePoint", scene_with("points = [[0,0,0], [0.68,0,0]]", "points = [[0,0,0]]"),
+                 "struna: s.toml:3: "),
+      {"NothingMeasured",
+       [](const Folder& folder) { folder.write("s.toml", scene.substr(0, scene.find("[measure]"))); },
+       "--quiet predict s.toml -o out.csv", "struna: s.toml: the scene needs a [measure]"},
       {"MissingScene", nothing, "eigen s.toml --modes 3 -o out.csv", "struna: s.toml: "},
       {"FolderForAScene", [](const Folder& folder) { fs::create_directory(folder / "s.toml"); },
        "eigen s.toml --modes 3 -o out.csv", "struna: s.toml: "},
@@ -179,6 +211,10 @@ std::vector<Case> cases() {
       file_case("ComparedFileMissing", "t.csv",
                 "frequency [Hz],force_q_re [N/m],force_q_im [N/m]\n1,1,0\n2,1,0\n",
                 "compare t.csv absent.csv -o out.csv", "struna: absent.csv: "),
+      file_case("OutputsOfTwoFamilies", "t.csv",
+                "frequency [Hz],a_re [N/m],a_im [N/m],b_re [m/N],b_im [m/N]\n1,1,0,1,0\n2,1,0,1,0\n"
+                "3,1,0,1,0\n4,1,0,1,0\n5,1,0,1,0\n6,1,0,1,0\n",
+                "modes t.csv -o out.csv", "struna: t.csv: outputs of one family"),
       // Studies.
       file_case("StudyOfAMissingScene", "study.toml",
                 "scene = \"absent.toml\"\nrecords = [\"a.csv\"]\ninput = \"displacement\"\noutputs = "
@@ -215,6 +251,8 @@ TEST_P(BadInput, IsToldInOneLineAndLeavesNoFile) {
   EXPECT_EQ(std::count(run.err.begin(), run.err.end(), '\n'), 1) << run.err;
   EXPECT_EQ(run.out, "");
   EXPECT_EQ(files_in(folder), before);
+  // Files and options, not the library's functions.
+  EXPECT_THAT(run.err, Not(ContainsRegex("[a-z]+_[a-z_]+: "))) << run.err;
 }
 
 INSTANTIATE_TEST_SUITE_P(Tried, BadInput, testing::ValuesIn(cases()),
@@ -238,6 +276,97 @@ TEST(BadInputKeeps, TheProgramFromRunningAsIfItHadSucceededWhereNothingMayBeWrit
       run_struna("frf a.csv --input displacement --output force_y -o locked/out.csv", folder);
   EXPECT_EQ(run.exit_code, 1);
   EXPECT_THAT(run.err, StartsWith("struna: locked/out.csv: "));
+}
+
+/// A line for each command that writes a file, with IN for a file that it reads.
+struct Overwriting {
+  const char* input;
+  const char* arguments;
+};
+
+TEST(WrongUsage, NoCommandWritesOverAFileThatItReads) {
+  const Folder folder;
+  const auto link = folder / "link";
+  for (const Overwriting& tried :
+       std::vector<Overwriting>{{"a.csv", "frf a.csv --input displacement --output force_y"},
+                                {"b.csv", "frf a.csv b.csv --input displacement --output force_y"},
+                                {"t.csv", "modes t.csv"},
+                                {"s.toml", "fit s.toml m.csv"},
+                                {"m.csv", "fit s.toml m.csv"},
+                                {"s.toml", "predict s.toml"},
+                                {"p.toml", "predict s.toml --parameters p.toml"},
+                                {"t.csv", "predict s.toml --like t.csv"},
+                                {"t.csv", "compare t.csv m.csv"},
+                                {"m.csv", "compare t.csv m.csv"},
+                                {"s.toml", "eigen s.toml"},
+                                {"p.toml", "eigen s.toml --parameters p.toml"},
+                                {"s.toml", "simulate s.toml"},
+                                {"p.toml", "simulate s.toml --parameters p.toml"}}) {
+    for (const char* name : {"a.csv", "b.csv", "t.csv", "m.csv", "s.toml", "p.toml"})
+      folder.write(name, "not even looked at");
+    fs::remove(link);
+    fs::create_symlink(tried.input, link);
+    for (const std::string& to : {std::string(tried.input), std::string("./") + tried.input, link.string()}) {
+      const ProgramRun run = run_struna(tried.arguments + (" -o " + to), folder);
+      EXPECT_EQ(run.exit_code, 2) << tried.arguments << " " << to << "\n" << run.err;
+      EXPECT_THAT(run.err, StartsWith("struna: -o " + to + ": would overwrite its own input"))
+          << tried.arguments;
+      EXPECT_EQ(read_text(folder / tried.input), "not even looked at");
+    }
+  }
+}
+
+TEST(WrongUsage, NorOverAFileThatAStudyOrASceneNames) {
+  const Folder folder;
+  const std::string records = record(5000);
+  folder.write("trfam.csv", records);
+  folder.write("s.toml", scene);
+  folder.write("study.toml",
+               "scene = \"s.toml\"\nrecords = [\"trfam.csv\"]\ninput = \"displacement\"\noutputs = "
+               "[\"force_y\"]\n");
+  const ProgramRun identify = run_struna("identify study.toml -o .", folder);
+  EXPECT_EQ(identify.exit_code, 2) << identify.err;
+  EXPECT_THAT(identify.err, HasSubstr("would overwrite its own input"));
+  EXPECT_EQ(read_text(folder / "trfam.csv"), records);
+
+  folder.write("driven.toml", scene +
+                                  "[simulation]\nduration = 1\nexcitation = { kind = \"record\", file = "
+                                  "\"trfam.csv\", column = \"displacement\" }\n");
+  for (const char* arguments :
+       {"simulate driven.toml -o trfam.csv", "simulate driven.toml -o r.csv --contacts trfam.csv"}) {
+    const ProgramRun simulate = run_struna(arguments, folder);
+    EXPECT_EQ(simulate.exit_code, 2) << simulate.err;
+    EXPECT_THAT(simulate.err, HasSubstr("would overwrite its own input"));
+    EXPECT_EQ(read_text(folder / "trfam.csv"), records);
+  }
+  EXPECT_EQ(run_struna("simulate driven.toml -o a.csv --contacts a.csv", folder).exit_code, 2);
+}
+
+TEST(WrongUsage, AMisspeltCommandOrOptionIsNamedWithTheOneThatIsMeant) {
+  const Folder folder;
+  folder.write("t.csv", trfam);
+  const std::pair<const char*, const char*> tried[] = {
+      {"frobnicate", "struna: unknown command 'frobnicate'; there are frf, modes, "},
+      {"mode t.csv -o out.csv", "struna: unknown command 'mode'; did you mean modes? "},
+      {"--quiet simulte s.toml", "struna: unknown command 'simulte'; did you mean simulate? "},
+      {"", "struna: a command is needed: frf, modes, "},
+      {"modes t.csv -o out.csv --bnad 10:100", "struna: unknown option --bnad; did you mean --band? "},
+      {"modes t.csv --bnad=10:100", "struna: unknown option --bnad; did you mean --band? "},
+      {"frf a.csv --inptu x --output y -o out.csv", "struna: unknown option --inptu; did you mean --input? "},
+      {"modes t.csv -o out.csv --qiet", "struna: unknown option --qiet; did you mean --quiet? "},
+      {"modes t.csv -o out.csv --frob", "struna: unknown option --frob "},
+      {"--frob modes t.csv -o out.csv", "struna: unknown option --frob "}};
+  for (const auto& [arguments, begins] : tried) {
+    const ProgramRun run = run_struna(arguments, folder);
+    EXPECT_EQ(run.exit_code, 2) << arguments << "\n" << run.err;
+    EXPECT_THAT(run.err, StartsWith(begins)) << arguments;
+  }
+}
+
+TEST(WrongUsage, WordsMayBeWrittenInCapitals) {
+  const Folder folder;
+  folder.write("a.csv", record(5000));
+  EXPECT_EQ(run_struna(frf_command + " --estimator H1 --window Hann", folder).exit_code, 0);
 }
 
 TEST(WrongUsage, IsExitTwoAndOneLineThatPointsToTheHelp) {
