@@ -16,10 +16,11 @@ struct PredictionBand {
 };
 
 /// What the covariance of the laws E(f) and eta(f) (viscous: of alpha and beta in place of eta) makes of the
-/// harmonic response, to first order: sum over the eigenvectors of each covariance of (dH/dp d)^2, the
-/// derivative by differences over a hundredth of a standard error. The laws of different quantities count
-/// as independent: errors of natural frequencies and of loss factors are nearly so. `model` carries the laws
-/// (apply). Zero where no covariance is known. Costs a harmonic response per parameter, and one.
+/// harmonic response, to first order: sum over the eigenvectors of each covariance of (dH/dp d)^2. H depends
+/// on the laws through the complex modulus at its own frequency only, so one derivative serves all. The laws
+/// of different quantities count as independent: errors of natural frequencies and of loss factors are nearly
+/// so. `model` carries the laws (apply). Zero where no covariance is known. Costs two harmonic responses,
+/// three when damping is viscous.
 PredictionBand prediction_band(const fem::Model& model, const fem::Drive& drive,
                                const fem::Measurement& measurement, const Eigen::VectorXd& frequency_hz,
                                fem::Damping damping, const IdentifiedParameters& identified);

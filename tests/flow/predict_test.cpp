@@ -280,14 +280,14 @@ TEST(Fit, BlamesTheSceneAndTheOptionThatAreAtFault) {
   folder.write("s.toml", scene.substr(0, scene.find("[measure]")));
   const ProgramRun run = run_struna("fit s.toml m.csv -o id.toml", folder);
   EXPECT_EQ(run.exit_code, 1);
-  EXPECT_THAT(run.err, StartsWith("struna: s.toml: linear_path: the scene needs a [measure]"));
+  EXPECT_THAT(run.err, StartsWith("struna: s.toml: the scene needs a [measure]"));
   folder.write("s.toml", scene);
   for (const char* option : {"--modulus-law", "--loss-factor-law"}) {
     for (const char* law : {"table", "cubic"}) {
       const ProgramRun wrong =
           run_struna(std::string("fit s.toml m.csv -o id.toml ") + option + " " + law, folder);
       EXPECT_EQ(wrong.exit_code, 2);
-      EXPECT_THAT(wrong.err, StartsWith(std::string("struna: ") + option + ": law: constant, power"));
+      EXPECT_THAT(wrong.err, StartsWith(std::string("struna: ") + option + ": constant, power"));
     }
   }
 }
