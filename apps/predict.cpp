@@ -273,8 +273,8 @@ ident::TransferFunction predict(const fem::Scene& scene, fem::Damping damping,
   if (worst_mesh_error != nullptr) *worst_mesh_error = largest_mesh_error(model, path, damping, frequency_hz);
   Eigen::MatrixXd sigma;
   if (identified != nullptr && has_covariance(*identified, damping))
-    sigma = ident::prediction_band(model, path.drive, path.measurement, frequency_hz, damping, *identified)
-                .sigma();
+    sigma =
+        ident::prediction_band(model, path.drive, path.measurement, response, damping, *identified).sigma();
 
   const ident::FrfKind natural = natural_kind(scene);
   const Eigen::ArrayXcd i_omega = std::complex<double>(0.0, 2.0 * std::numbers::pi) * frequency_hz.array();

@@ -64,8 +64,13 @@ bool blank(const char* line) {
   return line[std::strspn(line, " \t")] == '\0';
 }
 
-/// Appends the decimal digits at `at` to `digits` and moves past them: eight at once, in a register, where
-/// there are eight.
+/// Appends the decimal digits at `at` to `digits` and moves past them.
+void take_few_digits(const char*& at, const char* end, std::uint64_t& digits) {
+  for (; at < end && static_cast<unsigned char>(*at - '0') < 10; ++at)
+    digits = 10 * digits + static_cast<std::uint64_t>(*at - '0');
+}
+
+/// The same for the many digits of a fraction: eight at once, in a register, where there are eight.
 void take_digits(const char*& at, const char* end, std::uint64_t& digits) {
   constexpr std::uint64_t ones = 0x0101010101010101;
   while (std::endian::native == std::endian::little && end - at >= 8) {
@@ -81,8 +86,7 @@ void take_digits(const char*& at, const char* end, std::uint64_t& digits) {
     digits = 100000000 * digits + ((first_and_third + second_and_fourth) >> 32);
     at += 8;
   }
-  for (; at < end && static_cast<unsigned char>(*at - '0') < 10; ++at)
-    digits = 10 * digits + static_cast<std::uint64_t>(*at - '0');
+  take_few_digits(at, end, digits);
 }
 
 /// The numbers that records are full of, at `at`, which moves past them: digits that fit a double, times a
@@ -95,7 +99,7 @@ bool take_short_number(const char*& at, const char* end, char decimal, double& v
   at += negative;
   std::uint64_t digits = 0;
   const char* const begin = at;
-  take_digits(at, end, digits);
+  take_few_digits(at, end, digits);
   long count = at - begin;
   int exponent = 0;
   if (at < end && *at == decimal) {
@@ -111,7 +115,7 @@ bool take_short_number(const char*& at, const char* end, char decimal, double& v
     if (at < end && (*at == '-' || *at == '+')) ++at;
     const char* const first = at;
     std::uint64_t written = 0;
-    take_digits(at, end, written);
+    take_few_digits(at, end, written);
     if (at == first || at - first > 2) return false;
     exponent += minus ? -static_cast<int>(written) : static_cast<int>(written);
   }

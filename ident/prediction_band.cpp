@@ -97,21 +97,22 @@ Eigen::MatrixXd PredictionBand::sigma() const {
 }
 
 PredictionBand prediction_band(const fem::Model& model, const fem::Drive& drive,
-                               const fem::Measurement& measurement, const Eigen::VectorXd& frequency_hz,
+                               const fem::Measurement& measurement, const fem::HarmonicResponse& response,
                                fem::Damping damping, const IdentifiedParameters& identified) {
-  const auto response = [&](const fem::Model& of) {
+  const Eigen::VectorXd& frequency_hz = response.frequency_hz;
+  const auto response_of = [&](const fem::Model& other) {
     return Eigen::ArrayXXcd(
-        fem::harmonic_response(of, drive, measurement, frequency_hz, {damping, false}).response.array());
+        fem::harmonic_response(other, drive, measurement, frequency_hz, {damping, false}).response.array());
   };
-  const Eigen::ArrayXXcd h = response(model);
+  const Eigen::ArrayXXcd h = response.response.array();
   fem::Model varied = model;
   varied.stiffness.lower *= 1.0 + nudge;
-  Sensitivity sensitivity{(response(varied) - h) / nudge, {}};
+  Sensitivity sensitivity{(response_of(varied) - h) / nudge, {}};
   if (damping == fem::Damping::viscous) {
     varied = model;
     const double step = nudge * 2.0 * std::numbers::pi * frequency_hz.maxCoeff();
     varied.body.material.rayleigh.alpha += step;
-    sensitivity.alpha = (response(varied) - h) / step;
+    sensitivity.alpha = (response_of(varied) - h) / step;
   }
 
   const Eigen::ArrayXXcd direction = h / h.abs().max(1e-300).cast<Complex>();

@@ -19,10 +19,11 @@ struct PredictionBand {
 /// harmonic response, to first order: sum over the eigenvectors of each covariance of (dH/dp d)^2. H depends
 /// on the laws through the complex modulus at its own frequency only, so one derivative serves all. The laws
 /// of different quantities count as independent: errors of natural frequencies and of loss factors are nearly
-/// so. `model` carries the laws (apply). Zero where no covariance is known. Costs two harmonic responses,
-/// three when damping is viscous.
+/// so. `model` carries the laws (apply). Zero where no covariance is known. `response` is the harmonic
+/// response of the same model, with the same damping. Costs one more of its kind, two when damping is
+/// viscous.
 PredictionBand prediction_band(const fem::Model& model, const fem::Drive& drive,
-                               const fem::Measurement& measurement, const Eigen::VectorXd& frequency_hz,
+                               const fem::Measurement& measurement, const fem::HarmonicResponse& response,
                                fem::Damping damping, const IdentifiedParameters& identified);
 
 }  // namespace struna::ident

@@ -17,6 +17,13 @@ using simulated::Experiment;
 
 const Eigen::VectorXd some_hz = Eigen::VectorXd::LinSpaced(20, 20.0, 120.0);
 
+PredictionBand band_of(const synthetic::Wire& wire, const Eigen::VectorXd& frequency_hz, fem::Damping damping,
+                       const IdentifiedParameters& p) {
+  const auto response =
+      fem::harmonic_response(wire.model, wire.drive, wire.measurement, frequency_hz, {damping, false});
+  return prediction_band(wire.model, wire.drive, wire.measurement, response, damping, p);
+}
+
 IdentifiedParameters known(double modulus, double modulus_sigma, double eta, double eta_sigma) {
   IdentifiedParameters p;
   p.body = "wire";
@@ -37,8 +44,7 @@ TEST(PredictionBand, StiffnessDominatedResponseFollowsTheModulus) {
   const IdentifiedParameters p = known(1e11, 1e9, 0.02, 0.002);
   wire.model.body.material = apply(p, wire.model.body.material);
   const Eigen::VectorXd low = Eigen::VectorXd::Constant(1, 0.01);
-  const PredictionBand band =
-      prediction_band(wire.model, wire.drive, wire.measurement, low, fem::Damping::structural, p);
+  const PredictionBand band = band_of(wire, low, fem::Damping::structural, p);
   const std::complex<double> h =
       fem::harmonic_response(wire.model, wire.drive, wire.measurement, low).response(0, 0);
   // Inertia at 0.01 Hz: (0.01/24)^2.
@@ -54,8 +60,7 @@ TEST(PredictionBand, IsZeroWithoutCovarianceAndGrowsInProportion) {
   synthetic::Wire wire = synthetic::curved_wire(3, 15);
   const auto band = [&](const IdentifiedParameters& p) {
     wire.model.body.material = apply(p, wire.model.body.material);
-    return prediction_band(wire.model, wire.drive, wire.measurement, some_hz, fem::Damping::structural, p)
-        .sigma();
+    return band_of(wire, some_hz, fem::Damping::structural, p).sigma();
   };
   IdentifiedParameters unknown = known(1e11, 1e6, 0.02, 1e-5);
   const Eigen::MatrixXd one = band(unknown);
@@ -78,9 +83,7 @@ TEST(PredictionBand, ViscousBandIsThatOfAlphaAndBetaTogether) {
   const auto largest = [&](double correlation) {
     p.rayleigh.covariance = correlation * p.rayleigh.alpha_sigma * p.rayleigh.beta_sigma;
     wire.model.body.material = apply(p, wire.model.body.material);
-    return prediction_band(wire.model, wire.drive, wire.measurement, some_hz, fem::Damping::viscous, p)
-        .sigma()
-        .maxCoeff();
+    return band_of(wire, some_hz, fem::Damping::viscous, p).sigma().maxCoeff();
   };
   // Errors that offset each other leave less than errors that add up.
   EXPECT_GT(largest(0.0), 0.0);

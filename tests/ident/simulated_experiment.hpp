@@ -95,12 +95,14 @@ inline void add_run(const Experiment& e, unsigned seed, Coverages& coverage) {
     coverage.modulus_law.count(law.law.at(f) - e.modulus.at(f), law_sigma(law, f));
 
   const auto response = [&](const fem::Model& model) {
-    return fem::harmonic_response(model, e.wire.drive, e.wire.measurement, e.predicted_hz).response;
+    return fem::harmonic_response(model, e.wire.drive, e.wire.measurement, e.predicted_hz);
   };
   fem::Model predicting = e.wire.model;
   predicting.body.material = apply(identified, predicting.body.material);
-  const Eigen::MatrixXcd truth = response(e.wire.model), predicted = response(predicting);
-  const PredictionBand band = prediction_band(predicting, e.wire.drive, e.wire.measurement, e.predicted_hz,
+  const Eigen::MatrixXcd truth = response(e.wire.model).response;
+  const fem::HarmonicResponse prediction = response(predicting);
+  const Eigen::MatrixXcd& predicted = prediction.response;
+  const PredictionBand band = prediction_band(predicting, e.wire.drive, e.wire.measurement, prediction,
                                               fem::Damping::structural, identified);
   for (long i = 0; i < truth.rows(); ++i)
     for (long k = 0; k < truth.cols(); ++k)
