@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/folder.hpp"
+#include "tests/message_of.hpp"
 
 namespace struna::apps {
 namespace {
@@ -11,16 +12,7 @@ namespace {
 using testing::ElementsAre;
 using testing::EndsWith;
 using testing::HasSubstr;
-
-template <class Step>
-std::string message_of(Step step) {
-  try {
-    step();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
-}
+using tests::message_of;
 
 /// A table from text, as if it had stood in a file named f.toml.
 struct Parsed {

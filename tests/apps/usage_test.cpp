@@ -6,22 +6,14 @@
 #include <filesystem>
 
 #include "tests/folder.hpp"
+#include "tests/message_of.hpp"
 
 namespace struna::apps {
 namespace {
 
 using testing::HasSubstr;
 using testing::StartsWith;
-
-template <class Step>
-std::string message_of(Step step) {
-  try {
-    step();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
-}
+using tests::message_of;
 
 TEST(Usage, BandIsReadAsTwoNumbersInHertz) {
   const Band band = parse_band("10:1e3");

@@ -4,12 +4,14 @@
 #include <gtest/gtest.h>
 
 #include "fem/error.hpp"
+#include "tests/message_of.hpp"
 
 namespace struna::fem {
 namespace {
 
 using testing::ElementsAre;
 using testing::HasSubstr;
+using tests::message_of;
 
 Body body(const std::string& name, double length) {
   return {.name = name,
@@ -29,16 +31,6 @@ Scene wire_and_band() {
                                        {"force_x", "force_y"},
                                        {Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY()}};
   return scene;
-}
-
-template <class Step>
-std::string message_of(Step step) {
-  try {
-    step();
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
 }
 
 TEST(Scene, BodyIsFoundByItsName) {

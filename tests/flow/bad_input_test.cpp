@@ -48,22 +48,7 @@ std::string rows_of_constant_input(long rows) {
   return text;
 }
 
-const std::string scene = R"([[body]]
-name = "wire"
-points = [[0,0,0], [0.68,0,0]]
-diameter = 0.0032
-density = 7650
-elements = 10
-[body.material]
-youngs_modulus = 120e9
-loss_factor = 0.02
-[drive]
-support = "wire.start"
-direction = "y"
-[measure]
-support = "wire.end"
-directions = ["y"]
-)";
+const std::string& scene = straight_wire_scene;
 
 /// The scene with one line replaced.
 std::string scene_with(const std::string& line, const std::string& instead) {
@@ -155,7 +140,8 @@ std::vector<Case> cases() {
       {"BandBeyondTheLines", [](const Folder& folder) { folder.write("a.csv", record(5000)); },
        frf_command + " --band 2000:3000", "struna: a.csv"},
       {"OutputIntoAFolderThatIsNotThere", [](const Folder& folder) { folder.write("a.csv", record(5000)); },
-       "frf a.csv --input displacement --output force_y --resolution 5 -o absent/out.csv", "struna: absent/out.csv: "},
+       "frf a.csv --input displacement --output force_y --resolution 5 -o absent/out.csv",
+       "struna: absent/out.csv: "},
       {"OutputOntoAFolder",
        [](const Folder& folder) {
          folder.write("a.csv", record(5000));

@@ -14,7 +14,7 @@ namespace {
 namespace fs = std::filesystem;
 using testing::HasSubstr;
 
-const std::vector<std::string> commands = {"frf", "modes", "fit", "predict", "compare",
+const std::vector<std::string> commands = {"frf",      "modes", "fit",      "predict", "compare",
                                            "identify", "eigen", "simulate", "tradeoff"};
 
 TEST(Commands, HelpListsEveryCommand) {

@@ -12,12 +12,6 @@
 namespace struna::tests {
 namespace {
 
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const auto at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
-
 /// Force spectrum of a sample scene, simulated with another duration and band.
 class StudyRun {
  public:

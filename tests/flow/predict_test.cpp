@@ -23,28 +23,8 @@ using testing::HasSubstr;
 using testing::Not;
 using testing::StartsWith;
 
-const std::string scene = R"([[body]]
-name = "wire"
-points = [[0, 0, 0], [0.68, 0, 0]]
-diameter = 0.0032
-density = 7650
-elements = 28
-[body.material]
-youngs_modulus = 120e9
-loss_factor = 0.02
-[drive]
-support = "wire.start"
-direction = "y"
-[measure]
-support = "wire.end"
-directions = ["x", "y", "z"]
-)";
-
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const auto at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
+const std::string scene = replaced(replaced(straight_wire_scene, "[\"y\"]", "[\"x\", \"y\", \"z\"]"),
+                                   "elements = 10", "elements = 28");
 
 /// The scene's wire as the closed forms take it.
 fem::ClampedBeam beam() {
@@ -246,8 +226,7 @@ youngs_modulus = 60e9
 TEST(Fit, NumbersTheModelsModesAsEigenDoes) {
   // Free at both ends: six rigid modes come first.
   const Folder folder;
-  std::string text =
-      replaced(scene, "[[0, 0, 0], [0.68, 0, 0]]", "[[0, 0, 0], [0.2, 0.1, 0], [0.4, 0.05, 0.1]]");
+  std::string text = replaced(scene, "[[0,0,0], [0.68,0,0]]", "[[0, 0, 0], [0.2, 0.1, 0], [0.4, 0.05, 0.1]]");
   text = replaced(text, "elements = 28\n", "elements = 28\nstart = \"free\"\nend = \"free\"\n");
   text = replaced(text, "support = \"wire.start\"\ndirection = \"y\"",
                   "point = \"wire@0\"\ndirection = [1, 2, 3]");

@@ -15,12 +15,6 @@
 namespace struna::tests {
 namespace {
 
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const auto at = text.find(from);
-  EXPECT_NE(at, std::string::npos) << from;
-  return text.replace(at, from.size(), to);
-}
-
 /// The banded scene with another duration and another record.
 std::string banded_scene(const std::string& duration, const std::string& record, const std::string& column) {
   std::string text = read_text(sample_data("wire_in_band/scene.toml"));

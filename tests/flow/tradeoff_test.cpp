@@ -13,21 +13,7 @@ namespace fs = std::filesystem;
 using testing::HasSubstr;
 using testing::StartsWith;
 
-const std::string scene = R"([[body]]
-name = "wire"
-points = [[0,0,0], [0.3,0,0]]
-diameter = 0.0032
-density = 7650
-[body.material]
-youngs_modulus = 120e9
-loss_factor = 0.02
-[drive]
-support = "wire.start"
-direction = "y"
-[measure]
-support = "wire.end"
-directions = ["y"]
-)";
+const std::string scene = replaced(replaced(straight_wire_scene, "0.68", "0.3"), "elements = 10\n", "");
 
 /// Fields of the rows of a CSV text, without the header.
 std::vector<std::vector<std::string>> rows_of(const std::string& text) {

@@ -10,6 +10,7 @@
 
 #include "fem/error.hpp"
 #include "tests/folder.hpp"
+#include "tests/message_of.hpp"
 
 namespace struna::ident {
 namespace {
@@ -34,12 +35,7 @@ std::vector<double> read_numbers(const std::string& file) {
 }
 
 std::string message_of(const std::string& file, std::vector<double> (*read)(const std::string&)) {
-  try {
-    read(file);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
+  return tests::message_of([&] { read(file); });
 }
 
 TEST(Csv, NumbersAreTheNearestDoubles) {

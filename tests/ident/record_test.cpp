@@ -8,6 +8,7 @@
 
 #include "fem/error.hpp"
 #include "tests/folder.hpp"
+#include "tests/message_of.hpp"
 
 namespace struna::ident {
 namespace {
@@ -16,12 +17,7 @@ using testing::HasSubstr;
 
 std::string message_of(const std::string& file, const std::vector<std::string>& columns = {"force"},
                        const std::map<std::string, ChannelCorrection>& corrections = {}) {
-  try {
-    read_record(file, columns, corrections);
-  } catch (const Error& error) {
-    return error.what();
-  }
-  return "no error";
+  return tests::message_of([&] { read_record(file, columns, corrections); });
 }
 
 /// `time [s]` with a printf format, `force [N]` the row's number.
