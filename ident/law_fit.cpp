@@ -172,7 +172,7 @@ Fitted fit_constant(const Points& points) {
 
 std::optional<Fitted> fit_power(const Points& points) {
   if (points.count() < 2) return std::nullopt;
-  Parametrisation p = unbounded(Kind::power, Eigen::Vector2d(mean_log(points.value), 0.0));
+  Parametrisation p = unbounded(Kind::power, Eigen::VectorXd{{mean_log(points.value), 0.0}});
   p.reference_hz = std::exp(mean_log(points.frequency_hz));
   const Fitted fitted = fit_one(points, p);
   if (!fitted.solution.determined) return std::nullopt;  // all points at one frequency

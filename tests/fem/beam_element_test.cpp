@@ -26,7 +26,10 @@ double relative_difference(const Matrix12& a, const Matrix12& b) {
 /// Rigid motion (u at the origin, theta) of the two end points.
 Vector12 rigid_motion(const Vector3d& a, const Vector3d& b, const Vector3d& shift, const Vector3d& turn) {
   Vector12 q;
-  q << shift + turn.cross(a), turn, shift + turn.cross(b), turn;
+  q.segment<3>(0) = shift + turn.cross(a);
+  q.segment<3>(3) = turn;
+  q.segment<3>(6) = shift + turn.cross(b);
+  q.segment<3>(9) = turn;
   return q;
 }
 

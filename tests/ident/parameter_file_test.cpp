@@ -60,16 +60,16 @@ IdentifiedParameters sample() {
   p.rayleigh.beta_sigma = 1e-300;
   p.rayleigh.determined = true;
   p.rayleigh_known = true;
-  p.modulus.frequency_hz = Eigen::Vector3d(16.8, 42.4, 858.0);
-  p.modulus.value = Eigen::Vector3d(1e11, 1e11 / 3.0, std::nextafter(1.06e11, 2e11));
-  p.modulus.sigma = Eigen::Vector3d(1e8, 2e8, 3e8 / 7.0);
+  p.modulus.frequency_hz = Eigen::VectorXd{{16.8, 42.4, 858.0}};
+  p.modulus.value = Eigen::VectorXd{{1e11, 1e11 / 3.0, std::nextafter(1.06e11, 2e11)}};
+  p.modulus.sigma = Eigen::VectorXd{{1e8, 2e8, 3e8 / 7.0}};
   p.modulus.laws = {law(Kind::power, {1.02e11, 0.02, 100.0}), law(Kind::constant, {1e11})};
-  p.loss_factor.frequency_hz = Eigen::Vector2d(42.4, 858.0);
-  p.loss_factor.value = Eigen::Vector2d(0.037, 0.0371);
-  p.loss_factor.sigma = Eigen::Vector2d(1e-3, 1e-4);
+  p.loss_factor.frequency_hz = Eigen::VectorXd{{42.4, 858.0}};
+  p.loss_factor.value = Eigen::VectorXd{{0.037, 0.0371}};
+  p.loss_factor.sigma = Eigen::VectorXd{{1e-3, 1e-4}};
   p.loss_factor.laws = {
       law(Kind::monotone_spline, {}, {42.4, 100.0 / 3.0 * 10.0, 858.0}, {0.037, 0.0372, 0.0371})};
-  p.kramers_kronig_loss_factor = Eigen::Vector2d(0.03, 0.03);
+  p.kramers_kronig_loss_factor = Eigen::VectorXd{{0.03, 0.03}};
   p.rejected = {{316.7, "ambiguous: model mode 10 or 11", LeftOutOf::both},
                 {430.0, "loss factor: close_modes", LeftOutOf::loss_factor}};
   p.pairing.pairs = {{0, {0}, 0.99, 1e11, 1e8}, {2, {13, 14}, std::nan(""), 1e11, 1e8}};
@@ -135,7 +135,7 @@ TEST_F(ParameterFile, ModesWithoutTrustLeaveTheLaws) {
 TEST(LawText, NamesParametersWithErrorsAndUnits) {
   LawFit power;
   power.law = {Kind::power, {1.02e11, 0.02, 100.0}, {}, {}, 0.0, 0.0};
-  power.parameter_sigma = Eigen::Vector3d(1e8, 3e-4, 0.0);
+  power.parameter_sigma = Eigen::VectorXd{{1e8, 3e-4, 0.0}};
   EXPECT_EQ(law_text(power, "Pa"),
             "value 1.02e+11 +- 1e+08 Pa, exponent 0.02 +- 0.0003, reference_frequency 100 Hz");
   LawFit knots;
