@@ -214,44 +214,4 @@ bool ContactSolver::solve(std::vector<ClosedContact>& contacts, int dimension, c
   return false;
 }
 
-bool ContactSolver::settle(std::vector<ClosedContact>& contacts, int dimension, const RowMatrix& w) {
-  const std::size_t n = contacts.size();
-  for (std::size_t i = 0; i < n; ++i) {
-    std::copy_n(contacts[i].end_offset, dimension, &free_[i * dimension]);
-    contacts[i].force = 0.0;
-    end_normal(contacts[i], dimension, contacts[i].direction);
-  }
-  constexpr int most_iterations = 500;
-  for (int iteration = 0; iteration < most_iterations; ++iteration) {
-    move(contacts, dimension, w);
-    double largest = 0.0;
-    double change = 0.0;
-    for (std::size_t i = 0; i < n; ++i) {
-      ClosedContact& c = contacts[i];
-      end_normal(c, dimension, c.direction);
-      const bool closed = c.end_penetration > 0.0;
-      const double stiffness = closed ? c.law->stiffness : 0.0;
-      update_[i] = stiffness * c.end_penetration - c.force;
-      for (std::size_t j = 0; j < n; ++j) {
-        jacobian_[i * n + j] =
-            (i == j ? 1.0 : 0.0) + stiffness * block(w, dimension, i, j, c.direction, contacts[j].direction);
-      }
-    }
-    eliminate(static_cast<int>(n));
-    // Full Newton steps first; halved ones afterwards, against cycling between sets of closed points.
-    const double share = iteration < 20 ? 1.0 : 0.5;
-    for (std::size_t i = 0; i < n; ++i) {
-      contacts[i].force += share * update_[i];
-      largest = std::max(largest, std::abs(contacts[i].force));
-      change = std::max(change, std::abs(update_[i]));
-    }
-    // Forces are differences of far larger motions times k: their rounding is above that of the forces
-    // themselves.
-    if (change > 1e-11 * largest) continue;
-    move(contacts, dimension, w);
-    return true;
-  }
-  return false;
-}
-
 }  // namespace struna::fem

@@ -51,9 +51,6 @@ class ContactSolver {
   /// from static modes, empty without them. False: not converged.
   bool solve(std::vector<ClosedContact>& contacts, int dimension, const RowMatrix& w,
              const RowMatrix& w_static, double step);
-  /// Static equilibrium: F = k g1 along h1/|h1| where g1 > 0, else 0; `contacts` are all points that may
-  /// close.
-  bool settle(std::vector<ClosedContact>& contacts, int dimension, const RowMatrix& w);
 
  private:
   void move(std::vector<ClosedContact>& contacts, int dimension, const RowMatrix& w);

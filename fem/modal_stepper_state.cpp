@@ -4,6 +4,7 @@
 
 #include <complex>
 
+#include "fem/contact_rest.hpp"
 #include "fem/error.hpp"
 
 namespace struna::fem {
@@ -119,10 +120,10 @@ void ModalStepper::State::balance(const Eigen::VectorXd& offset, const RowMatrix
     std::copy_n(&offset[i * d], d, c.end_offset);
     closed_.push_back(c);
   }
-  if (!solver_.settle(closed_, d, w)) {
+  if (!rest_in_contact(closed_, d, w)) {
     throw Error(
-        "ModalStepper: the static equilibrium with contact was not found; soften the contact, or start "
-        "where no gap is closed");
+        "ModalStepper: the static equilibrium with contact was not found: the offsets are not finite, or the "
+        "contact's stiffness leaves only rounding of its forces");
   }
   point_force_.setZero();
   for (const ClosedContact& c : closed_) {

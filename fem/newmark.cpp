@@ -7,7 +7,7 @@
 
 #include "fem/band_cholesky.hpp"
 #include "fem/contact_end_force.hpp"
-#include "fem/contact_solver.hpp"
+#include "fem/contact_rest.hpp"
 #include "fem/error.hpp"
 
 namespace struna::fem {
@@ -268,9 +268,7 @@ void NewmarkStepper::State::settle() {
     contacts[i].gap = points_[i].gap;
     std::copy_n(&offset_[2 * i], 2, contacts[i].end_offset);
   }
-  ContactSolver solver;
-  solver.reserve(point_count(), 2);
-  if (!solver.settle(contacts, 2, flexibility)) {
+  if (!rest_in_contact(contacts, 2, flexibility)) {
     throw Error("settle: the static equilibrium with contact was not found");
   }
   for (const ClosedContact& c : contacts) {
