@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 
@@ -21,8 +22,17 @@ struct FitArguments {
   std::string to;
   std::string band;
   std::string modulus_range;
+  bool torsion_constant = false;
   ident::FitOptions options;
 };
+
+/// Throws Error unless a number of the body goes by this name.
+int checked_number(const std::string& name) {
+  const std::vector<std::string> known = fem::fittable_numbers();
+  if (std::find(known.begin(), known.end(), name) == known.end())
+    throw Error(fmt::format("one of {}, got \"{}\"", fmt::join(known, ", "), name));
+  return 0;
+}
 
 /// Index of the curve's point at this frequency, -1 when the mode is not trusted for it.
 Eigen::Index point_at(const ident::IdentifiedCurve& curve, double f_hz) {
@@ -39,17 +49,19 @@ std::string model_modes(const ident::Pair& pair) {
 }
 
 Table modes_table(const ident::ModeSet& modes, const ident::IdentifiedParameters& identified) {
-  Table table{
-      {"mode", "measured [Hz]", "model mode", "MAC", "E [GPa]", "+-", "loss factor", "+-", "Kramers-Kronig"},
-      {}};
+  Table table{{"mode", "measured [Hz]", "model mode", "MAC", "E [GPa]", "+-", "scene +-", "loss factor", "+-",
+               "Kramers-Kronig"},
+              {}};
   for (const ident::Pair& pair : identified.pairing.pairs) {
     const double f = modes.modes[static_cast<std::size_t>(pair.measured)].natural_frequency_hz;
     std::vector<std::string> row = {fmt::format("{}", pair.measured + 1), fmt::format("{:.3f}", f),
                                     model_modes(pair),
                                     std::isnan(pair.mac) ? "-" : fmt::format("{:.3f}", pair.mac)};
     const Eigen::Index e = point_at(identified.modulus, f);
+    const Eigen::VectorXd& scene = identified.modulus.scene_sigma;
     row.push_back(e < 0 ? "-" : fmt::format("{:.3f}", 1e-9 * identified.modulus.value[e]));
     row.push_back(e < 0 ? "-" : fmt::format("{:.3f}", 1e-9 * identified.modulus.sigma[e]));
+    row.push_back(e < 0 || scene.size() == 0 ? "-" : fmt::format("{:.3f}", 1e-9 * scene[e]));
     const Eigen::Index eta = point_at(identified.loss_factor, f);
     row.push_back(eta < 0 ? "-" : fmt::format("{:.5f}", identified.loss_factor.value[eta]));
     row.push_back(eta < 0 ? "-" : fmt::format("{:.5f}", identified.loss_factor.sigma[eta]));
@@ -90,6 +102,8 @@ void print_result(const ident::ModeSet& modes, const ident::IdentifiedParameters
   }
   print(laws_table(identified));
   print("");
+  for (const std::string& line : fitted_lines(identified)) print(line);
+  if (const std::string line = scene_error_line(identified); !line.empty()) print(line);
   print(rayleigh_line(identified));
   if (!identified.pairing.missing.empty()) {
     std::vector<int> missing = identified.pairing.missing;
@@ -114,6 +128,8 @@ void run_fit(FitArguments& arguments) {
     arguments.options.pairing.modulus_lo = lo;
     arguments.options.pairing.modulus_hi = hi;
   }
+  if (arguments.torsion_constant) arguments.options.free.push_back("torsion_constant");
+  for (const std::string& name : arguments.options.free) option_value("--free", name, checked_number);
   const fem::Scene scene = read_scene(arguments.scene);
   blaming({arguments.scene}, [&] { fem::linear_path(scene); });
   const ident::ModeSet modes = ident::read_modes(arguments.modes);
@@ -121,6 +137,7 @@ void run_fit(FitArguments& arguments) {
   SceneFit found = blaming({arguments.modes, arguments.scene},
                            [&] { return fit_to_scene(scene, modes, arguments.options); });
   for (const ident::Doubt& doubt : found.doubts) warn(ident::sentence(doubt));
+  for (const std::string& line : inseparable_lines(found.identified)) warn(line);
   ident::IdentifiedParameters& identified = found.identified;
   identified.provenance = provenance({arguments.scene, arguments.modes}, identified.provenance.band_lo_hz,
                                      identified.provenance.band_hi_hz);
@@ -150,10 +167,19 @@ void add_fit(CLI::App& app) {
   fit->add_option("--modulus-range", arguments->modulus_range,
                   "where to look for the modulus [Pa]; default 1e6:1e12")
       ->type_name("LO:HI");
+  fit->add_option("--free", arguments->options.free,
+                  "numbers of the body to fit beside the modulus law (constant or power): torsion_constant, "
+                  "start.rotation, end.rotation, both.rotation, the same with translation and mass")
+      ->type_name("NAME,...")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  fit->add_flag("--torsion-constant", arguments->torsion_constant,
+                "fits the torsion constant, which a curved body's modes tell: --free torsion_constant");
   fit->footer(
       "Examples:\n"
       "  struna fit scene.toml modes.csv -o identified.toml\n"
-      "  struna fit scene.toml modes.csv -o identified.toml --modulus-law power --band 10:900");
+      "  struna fit scene.toml modes.csv -o identified.toml --modulus-law power --band 10:900\n"
+      "  struna fit scene.toml modes.csv -o identified.toml --modulus-law constant --free both.rotation");
   fit->callback([arguments] { run_fit(*arguments); });
 }
 

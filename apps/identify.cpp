@@ -114,6 +114,8 @@ Identification identify(const Study& study) {
                 "channels' order and the band");
   }
 
+  for (std::string& line : inseparable_lines(found.fit.identified)) found.warnings.push_back(std::move(line));
+
   progress("predicting and comparing");
   blaming({study.scene}, [&] { predict_both(found); });
   blaming({study.file}, [&] {
@@ -206,6 +208,8 @@ void print_summary(const std::string& folder, const Identification& found) {
   print(trust_line(found.modes, identified) + "; body '" + identified.body + "'");
   print("modulus: " + range_of(1e-9 * identified.modulus.value, " GPa"));
   print("loss factor: " + range_of(identified.loss_factor.value, ""));
+  for (const std::string& line : fitted_lines(identified)) print(line);
+  if (const std::string line = scene_error_line(identified); !line.empty()) print(line);
   print(rayleigh_line(identified));
   const auto shown = [](double value, int digits) {
     return std::isfinite(value) ? fmt::format("{:.{}f}", value, digits) : "-";

@@ -6,6 +6,7 @@
 
 #include "apps/report_files.hpp"
 #include "apps/report_page.hpp"
+#include "apps/scene_fit.hpp"
 #include "fem/error.hpp"
 
 namespace struna::apps {
@@ -139,7 +140,8 @@ json curve(const Eigen::VectorXd& frequency, const Law& law) {
   return numbers(Eigen::VectorXd(frequency.unaryExpr(law)), 6);
 }
 
-json identified_curve(const ident::IdentifiedCurve& identified, const Eigen::VectorXd& frequency) {
+json identified_curve(const ident::IdentifiedCurve& identified, const Eigen::VectorXd& frequency,
+                      const std::vector<ident::BodyErrorStep>& errors = {}) {
   json laws = json::array();
   for (const auto& fit : identified.laws)
     laws.push_back({{"kind", fem::to_string(fit.law.kind)},
@@ -152,8 +154,13 @@ json identified_curve(const ident::IdentifiedCurve& identified, const Eigen::Vec
                     {"from", number(fit.law.valid_from_hz)},
                     {"to", number(fit.law.valid_to_hz)},
                     {"curve", curve(frequency, [&](double f) { return fit.law.at(f); })}});
+  if (identified.scene_sigma.size() > 0 && !laws.empty()) {
+    laws[0]["sceneSigma"] = curve(
+        frequency, [&](double f) { return ident::law_sigma(identified.laws.front().law, errors, false, f); });
+  }
   return {{"frequency", numbers(identified.frequency_hz)},
           {"value", numbers(identified.value)},
+          {"sceneSigma", numbers(identified.scene_sigma, 4)},
           {"sigma", numbers(identified.sigma, 4)},
           {"laws", std::move(laws)}};
 }
@@ -186,6 +193,20 @@ json pairing(const ident::Pairing& pairing) {
           {"slope", number(pairing.modulus_slope)}};
 }
 
+json scene_errors(const ident::IdentifiedParameters& parameters) {
+  json list = json::array();
+  for (const auto& step : parameters.errors)
+    if (!step.is_fitted()) list.push_back({step.of, number(step.level, 4)});
+  return list;
+}
+
+/// What was fitted of the body beside the modulus, and what could not be.
+std::vector<std::string> body_lines(const ident::IdentifiedParameters& parameters) {
+  std::vector<std::string> lines = fitted_lines(parameters);
+  for (std::string& line : inseparable_lines(parameters)) lines.push_back(std::move(line));
+  return lines;
+}
+
 json identified(const ReportContent& content) {
   const auto& parameters = content.identified;
   const Eigen::VectorXd frequency = curve_frequencies(content);
@@ -194,9 +215,11 @@ json identified(const ReportContent& content) {
           {"curveFrequency", numbers(frequency)},
           {"rayleighKnown", parameters.rayleigh_known},
           {"rayleigh", rayleigh(parameters.rayleigh, frequency)},
-          {"modulus", identified_curve(parameters.modulus, frequency)},
+          {"modulus", identified_curve(parameters.modulus, frequency, parameters.errors)},
           {"lossFactor", identified_curve(parameters.loss_factor, frequency)},
           {"kramersKronig", numbers(parameters.kramers_kronig_loss_factor)},
+          {"sceneErrors", scene_errors(parameters)},
+          {"fittedLines", body_lines(parameters)},
           {"rejected", left_out(parameters.rejected)},
           {"pairing", pairing(parameters.pairing)},
           {"version", source.program_version},

@@ -117,6 +117,8 @@
   /** One chart of a quantity at the modes with its laws. `quantity`: { title, label, scale, points, laws, extra } */
   function curveCard(host, quantity) {
     const scaled = (values) => nan(values).map((value) => value / quantity.scale);
+    const bandAround = ({ values, scene }) => scene && {
+      lo: scaled(values.map((value, i) => value - scene[i])), hi: scaled(values.map((value, i) => value + scene[i])) };
     const points = (list, style) => ({ ...style, line: false, unordered: true, x: list.map((p) => p.frequency),
       y: list.map((p) => p.value / quantity.scale), error: list.map((p) => (p.sigma || 0) / quantity.scale),
       tip: (i) => `mode ${list[i].mode}: ${format(list[i].frequency, 6)} Hz\n${quantity.symbol} ${uncertain(list[i].value / quantity.scale, list[i].sigma / quantity.scale)}${quantity.unit}` +
@@ -125,7 +127,7 @@
       points(quantity.points.filter((p) => p.used), { key: 'trusted', name: 'trusted modes, ± σ', colour: 'ink', marker: { shape: 'circle', size: 3.5 } }),
       points(quantity.points.filter((p) => !p.used), { key: 'untrusted', name: 'not trusted', colour: 'untrusted', ignoreInLimits: true,
         marker: { shape: 'circle', size: 3.5, hollow: true } }),
-      ...quantity.curves.map((curve) => ({ ...curve, x: nan(identified.curveFrequency), y: scaled(curve.values) })),
+      ...quantity.curves.map((curve) => ({ ...curve, x: nan(identified.curveFrequency), y: scaled(curve.values), band: bandAround(curve) })),
     ].filter((s) => s.x.length);
     const head = el('div', { class: 'card-head' }, el('h3', {}, quantity.title));
     const plotHost = el('div');
@@ -138,7 +140,7 @@
   const lawColours = ['structural', 'output-2', 'output-3', 'output-4', 'viscous'];
   const lawDashes = [undefined, [7, 3], [2, 3], [8, 3, 2, 3], [4, 4]];
   const lawCurves = (laws) => laws.map((law, i) => ({ key: `law-${i}`, name: lawLabel(law) + (i === 0 ? ' (used)' : ''), colour: lawColours[i % 5],
-    dash: lawDashes[i % 5], width: i === 0 ? 3 : 1.5, values: law.curve, ignoreInLimits: i > 0,
+    dash: lawDashes[i % 5], width: i === 0 ? 3 : 1.5, values: law.curve, scene: i === 0 ? law.sceneSigma : undefined, ignoreInLimits: i > 0,
     solidWithin: i === 0 && law.to > law.from ? [law.from, law.to] : undefined }));
 
   const atModes = (valueOf, used, entryOf) => modes.map((mode, i) => {
@@ -184,6 +186,11 @@
     host.append(el('p', { class: 'note' }, 'Bars: ± one standard deviation. Dotted ends of a law: outside the range of its data. ' +
       'Points that are not trusted are not fitted and may lie off the scale. Laws are chosen by AICc (Akaike’s criterion, corrected for few points). ' +
       'Kramers–Kronig: (π/2) d ln E/d ln f of the modulus law; what the material alone would damp if it were purely viscoelastic; clamps, air and strands add to it.'));
+    const relative = modulus.sceneSigma.length ? 100 * Math.max(...modulus.sceneSigma.map((s, i) => s / modulus.value[i])) : 0;
+    if (relative > 0)
+      host.append(el('p', { class: 'note' }, `Band around the modulus law: ± ${format(relative, 2)} %, what the scene's own errors put on all modes alike ` +
+        `(${identified.sceneErrors.map(([name, level]) => `${name} ${format(100 * Math.abs(level), 2)} %`).join(', ')}), besides the bars, which are of noise and of the model.`));
+    for (const line of identified.fittedLines) host.append(el('p', {}, line));
     host.append(...[lawTable(`Laws of the modulus (c in Pa)`, modulus.laws, 'Pa'), lawTable('Laws of the loss factor', lossFactor.laws, '')].filter(Boolean));
     if (identified.rayleighKnown)
       host.append(el('p', {}, `Rayleigh coefficients: α = ${uncertain(rayleigh.alpha, rayleigh.alphaSigma)} 1/s, β = ${uncertain(rayleigh.beta, rayleigh.betaSigma)} s; ` +

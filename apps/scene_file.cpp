@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <set>
 
+#include "apps/body_table.hpp"
 #include "apps/console.hpp"
 #include "apps/scene_warnings.hpp"
 #include "apps/toml_table.hpp"
@@ -17,177 +17,6 @@ namespace struna::apps {
 namespace {
 
 using Place = std::variant<fem::Support, fem::BodyPoint>;
-
-// --- bodies
-// ---------------------------------------------------------------------------------------------------------
-
-/// A number, or { frequency = [...], value = [...] }.
-fem::FrequencyLaw read_law(TomlTable& material, const std::string& key, bool allow_zero) {
-  if (!material.required(key).is_table()) {
-    return fem::constant_law(allow_zero ? material.not_negative(key) : material.positive(key));
-  }
-  TomlTable entries = material.table(key);
-  fem::FrequencyLaw law;
-  law.kind = fem::FrequencyLaw::Kind::table;
-  law.frequency = entries.numbers("frequency");
-  law.value = entries.numbers("value");
-  entries.finish();
-  try {
-    fem::validate(law, "the table", allow_zero);
-  } catch (const Error& fault) {
-    throw material.error(key, std::string("cannot be used: ") + fault.reason());
-  }
-  return law;
-}
-
-/// The damping that acts must be there when the other one is. Neither: it is to be identified.
-void check_damping(TomlTable& material, fem::Damping acting) {
-  const bool structural = acting == fem::Damping::structural;
-  const std::string needed = structural ? "loss_factor" : "rayleigh";
-  const std::string given = structural ? "rayleigh" : "loss_factor";
-  if (material.has(given) && !material.has(needed)) {
-    throw material.error(
-        "damping",
-        fmt::format("= \"{}\" needs {}, but only {} is given: give {}, or damping "
-                    "= \"{}\"",
-                    fem::to_string(acting), needed, given, needed, structural ? "viscous" : "structural"));
-  }
-}
-
-fem::Material read_material(TomlTable material, bool acts_in_time) {
-  fem::Material result;
-  if (material.has("youngs_modulus")) result.youngs_modulus = read_law(material, "youngs_modulus", false);
-  if (material.has("loss_factor")) result.loss_factor = read_law(material, "loss_factor", true);
-  const bool has_rayleigh = material.has("rayleigh");
-  if (has_rayleigh) {
-    TomlTable rayleigh = material.table("rayleigh");
-    result.rayleigh.alpha = rayleigh.not_negative("alpha", 0.0);
-    result.rayleigh.beta = rayleigh.not_negative("beta", 0.0);
-    rayleigh.finish();
-  }
-  const bool has_both = has_rayleigh && material.has("loss_factor");
-  if (acts_in_time && has_both && !material.has("damping")) {
-    throw material.error("damping",
-                         "is missing: loss_factor and rayleigh are both given, say which acts in time, "
-                         "\"structural\" or \"viscous\"");
-  }
-  result.damping = material.choice<fem::Damping>(
-      "damping", {{"structural", fem::Damping::structural}, {"viscous", fem::Damping::viscous}},
-      has_rayleigh && !has_both ? fem::Damping::viscous : fem::Damping::structural);
-  if (material.has("damping")) check_damping(material, result.damping);
-  material.finish();
-  return result;
-}
-
-/// Exactly one of: diameter; outer_diameter and inner_diameter; area and second_moment.
-fem::Section shape_of_section(TomlTable& body) {
-  const std::array<std::string, 3> ways = {"diameter", "outer_diameter", "area"};
-  std::string chosen;
-  for (const auto& way : ways) {
-    if (!body.has(way)) continue;
-    if (!chosen.empty()) throw body.error(way, "contradicts " + chosen + ": give one of the two");
-    chosen = way;
-  }
-  if (body.has("inner_diameter") && chosen != "outer_diameter") {
-    throw body.error("inner_diameter", chosen.empty() ? "needs outer_diameter beside it"
-                                                      : "contradicts " + chosen +
-                                                            ": a ring is given by "
-                                                            "outer_diameter and inner_diameter");
-  }
-  if (chosen.empty()) {
-    throw body.error(
-        "has no cross-section: give diameter, or outer_diameter and inner_diameter, or area and "
-        "second_moment" +
-        body.misspelling_of("diameter"));
-  }
-  if (chosen == "diameter") return fem::solid_circle(body.positive("diameter"));
-  if (chosen == "outer_diameter") {
-    const double outer = body.positive("outer_diameter");
-    const double inner = body.positive("inner_diameter");
-    if (inner >= outer) {
-      throw body.error("inner_diameter",
-                       fmt::format("must be below outer_diameter = {}, got {}", outer, inner));
-    }
-    return fem::ring(outer, inner);
-  }
-  const double second_moment = body.positive("second_moment");
-  return {body.positive("area"), second_moment, 2.0 * second_moment};
-}
-
-fem::Section read_section(TomlTable& body) {
-  fem::Section section = shape_of_section(body);
-  section.second_moment = body.positive("second_moment", section.second_moment);
-  section.torsion_constant = body.positive("torsion_constant", 2.0 * section.second_moment);
-  return section;
-}
-
-fem::Centreline read_centreline(TomlTable& body) {
-  const auto points = body.vectors3("points");
-  const double length = body.positive("length", 0.0);
-  try {
-    return fem::spline_through(points, length);
-  } catch (const Error& fault) {
-    throw body.error("points", std::string("give no body of positive length: ") + fault.reason());
-  }
-}
-
-std::string read_body_name(TomlTable& body, const fem::Scene& scene) {
-  const std::string name = body.text("name");
-  if (name.find_first_of(".@") != std::string::npos) {
-    throw body.error(
-        "name", "must not contain '.' or '@', which stand before an end or a fraction, got '" + name + "'");
-  }
-  for (const auto& other : scene.bodies) {
-    if (other.name == name) throw body.error("name", "'" + name + "' is taken by an earlier body");
-  }
-  return name;
-}
-
-double read_poisson(TomlTable& body) {
-  const double poisson = body.number("poisson", 0.3);
-  if (poisson <= -1.0 || poisson > 0.5) {
-    throw body.error("poisson", fmt::format("must lie above -1 and not above 0.5, got {}", poisson));
-  }
-  return poisson;
-}
-
-int read_elements(TomlTable& body) {
-  const int elements = body.integer("elements", 0);
-  // Rounding of the lowest eigenvalue grows with the fourth power: 1e-5 at 1000 (docs/beam_element.md).
-  constexpr int most = 1000;
-  if (body.has("elements") && (elements < 1 || elements > most)) {
-    throw body.error("elements",
-                     fmt::format("must be from 1 to {} (or left out, to be chosen): finer meshes lose more to "
-                                 "rounding than they gain; got {}",
-                                 most, elements));
-  }
-  return elements;
-}
-
-fem::EndCondition read_end(TomlTable& body, const std::string& key) {
-  return body.choice<fem::EndCondition>(key,
-                                        {{"clamped", fem::EndCondition::clamped},
-                                         {"pinned", fem::EndCondition::pinned},
-                                         {"free", fem::EndCondition::free}},
-                                        fem::EndCondition::clamped);
-}
-
-fem::Body read_body(TomlTable& table, const fem::Scene& scene, bool acts_in_time) {
-  // Read first, put together afterwards: g++ 12 destroys twice what a throwing aggregate initialisation has
-  // made.
-  const std::string name = read_body_name(table, scene);
-  const fem::Centreline centreline = read_centreline(table);
-  const fem::Section section = read_section(table);
-  fem::Body body{.name = name, .centreline = centreline, .section = section, .material = {}};
-  body.density = table.positive("density");
-  body.poisson = read_poisson(table);
-  body.elements = read_elements(table);
-  body.start = read_end(table, "start");
-  body.end = read_end(table, "end");
-  if (table.node("material") != nullptr) body.material = read_material(table.table("material"), acts_in_time);
-  table.finish();
-  return body;
-}
 
 // --- places and directions
 // --------------------------------------------------------------------------------------------
@@ -464,7 +293,7 @@ void apply_parameters(fem::Scene& scene, const std::vector<std::string>& paramet
           file, 0,
           "belongs to body '" + identified.body + "', which the scene does not have; it has " + names);
     }
-    body->material = ident::apply(identified, body->material);
+    blaming({file}, [&] { *body = ident::apply(identified, *body); });
   }
 }
 

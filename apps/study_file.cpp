@@ -93,6 +93,15 @@ ident::FitOptions read_fit_options(TomlTable table) {
     options.band_lo_hz = band.lo_hz;
     options.band_hi_hz = band.hi_hz;
   }
+  if (table.has("free")) {
+    options.free = table.texts("free");
+    const std::vector<std::string> known = fem::fittable_numbers();
+    for (const std::string& name : options.free) {
+      if (std::find(known.begin(), known.end(), name) == known.end()) {
+        throw table.error("free", fmt::format("must be of {}, got '{}'", fmt::join(known, ", "), name));
+      }
+    }
+  }
   if (table.has("modulus_range")) {
     const auto range = table.numbers("modulus_range");
     if (range.size() != 2 || range[0] <= 0.0 || range[0] >= range[1]) {

@@ -24,6 +24,20 @@ void require_not_negative(const Body& body, const char* field, double value) {
   require(value >= 0.0 && std::isfinite(value), body, field, "not be negative", value);
 }
 
+void validate_support(const Body& body, const ElasticSupport& support, EndCondition condition,
+                      const std::string& end) {
+  const auto check = [&](const char* field, double value, bool gives, bool possible) {
+    if (!gives && !std::isnan(value)) return;
+    require_positive(body, (end + "." + field).c_str(), value);
+    if (possible) return;
+    throw Error(fmt::format("body '{}': {}.{} needs an end that is held so, but the {} is {}", body.name, end,
+                            field, end, condition == EndCondition::free ? "free" : "pinned"));
+  };
+  check("translation", support.translation, support.gives_translation(), condition != EndCondition::free);
+  check("rotation", support.rotation, support.gives_rotation(), condition == EndCondition::clamped);
+  require_not_negative(body, (end + ".mass").c_str(), support.mass);
+}
+
 /// Largest angle that one element turns: 10 degrees. The element is exact in statics whatever the angle; this
 /// keeps inertia terms below the Hermite error and the nodes close enough to draw and to probe the curve.
 constexpr double largest_turn = std::numbers::pi / 18.0;
@@ -59,6 +73,10 @@ Section ring(double outer_diameter, double inner_diameter) {
           outer.torsion_constant - inner.torsion_constant};
 }
 
+bool has_elastic_support(const Body& body) {
+  return body.start_support.gives() || body.end_support.gives();
+}
+
 void validate_modulus(const Body& body) {
   validate(body.material.youngs_modulus, fmt::format("body '{}': youngs_modulus", body.name));
 }
@@ -72,7 +90,10 @@ void validate(const Body& body) {
   require(body.poisson > -1.0 && body.poisson <= 0.5, body, "poisson", "lie in (-1, 0.5]", body.poisson);
   require(body.elements >= 0, body, "elements", "not be negative", body.elements);
   const FrequencyLaw& modulus = body.material.youngs_modulus;
-  if (!modulus.parameters.empty() || !modulus.value.empty()) validate_modulus(body);
+  if (!modulus.parameters.empty() || !modulus.value.empty() || has_elastic_support(body))
+    validate_modulus(body);
+  validate_support(body, body.start_support, body.start, "start");
+  validate_support(body, body.end_support, body.end, "end");
   validate(body.material.loss_factor, fmt::format("body '{}': loss_factor", body.name), true);
   require_not_negative(body, "rayleigh.alpha", body.material.rayleigh.alpha);
   require_not_negative(body, "rayleigh.beta", body.material.rayleigh.beta);

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <limits>
 #include <string>
+#include <vector>
 
 #include "fem/centreline.hpp"
 #include "fem/material.hpp"
@@ -20,6 +22,33 @@ Section ring(double outer_diameter, double inner_diameter);  ///< J = 2 I
 
 enum class EndCondition { clamped, pinned, free };  ///< pinned: translations held, rotations free
 
+/// How a held end gives way, the same in every direction. No clamp is rigid: much of what it gives is the
+/// piece of the body inside it. The springs therefore follow the body's complex modulus over frequency: K =
+/// E(f)(1 + i eta)(K1 + S/E0), the stiffnesses stated at E0 = E(support_reference_hz) (docs/supports.md).
+struct ElasticSupport {
+  double translation = std::numeric_limits<double>::infinity();  ///< [N/m] between the base and the end
+  double rotation = std::numeric_limits<double>::infinity();  ///< [N m/rad] of a clamped end, twist included
+  double mass = 0.0;  ///< [kg] that moves with the end, without rotary inertia
+
+  bool gives_translation() const { return translation < std::numeric_limits<double>::infinity(); }
+  bool gives_rotation() const { return rotation < std::numeric_limits<double>::infinity(); }
+  bool gives() const { return gives_translation() || gives_rotation(); }
+};
+constexpr double support_reference_hz = 100.0;
+
+/// A number that a scene states about a body, with its standard deviation, and what the body's properties
+/// change by per unit of it. Numbers of supports ("start.rotation") are told by their name
+/// (fem/body_number.hpp).
+struct BodyNumber {
+  std::string name;  ///< the scene's key, "diameter"
+  double value = 0.0;
+  double sigma = 0.0;  ///< 0: taken as exact
+  Section section = {};
+  double length = 0.0;
+  double density = 0.0;
+  double poisson = 0.0;
+};
+
 /// One slender body: everything the beam model is made from. SI units.
 struct Body {
   std::string name;
@@ -31,10 +60,17 @@ struct Body {
   int elements = 0;  ///< 0: choose with recommended_elements()
   EndCondition start = EndCondition::clamped;
   EndCondition end = EndCondition::clamped;
+  ElasticSupport start_support = {};  ///< of an end that is held; its mass of a free one too
+  ElasticSupport end_support = {};
+  std::vector<BodyNumber> stated = {};  ///< what it was made from; errors independent of each other
 };
 
-/// Throws Error naming body, field, rule and value. Young's modulus may be missing (a law without parameters or values)
-/// until it is identified: the matrices, for unit modulus, do without it. validate_modulus() requires it.
+/// Whether a support gives way, so that the stiffness for unit modulus depends on the modulus.
+bool has_elastic_support(const Body& body);
+
+/// Throws Error naming body, field, rule and value. Young's modulus may be missing (a law without parameters
+/// or values) until it is identified: the matrices, for unit modulus, do without it. validate_modulus()
+/// requires it.
 void validate(const Body& body);
 void validate_modulus(const Body& body);
 

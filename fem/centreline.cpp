@@ -274,7 +274,30 @@ std::shared_ptr<const Centreline::Curve> curve_through(const Points& points) {
   return std::make_shared<Spline>(points);
 }
 
+class Scaled final : public Centreline::Curve {
+ public:
+  Scaled(std::shared_ptr<const Centreline::Curve> curve, double factor)
+      : curve_(std::move(curve)), factor_(factor), origin_(curve_->at(0.0).position) {}
+  double length() const override { return factor_ * curve_->length(); }
+  CurvePoint at(double s) const override {
+    const CurvePoint point = curve_->at(std::min(s / factor_, curve_->length()));
+    return {origin_ + factor_ * (point.position - origin_), point.tangent, point.curvature / factor_};
+  }
+  bool is_straight() const override { return curve_->is_straight(); }
+
+ private:
+  std::shared_ptr<const Centreline::Curve> curve_;
+  double factor_;
+  Vector3d origin_;
+};
+
 }  // namespace
+
+Centreline Centreline::scaled(double factor) const {
+  if (!(factor > 0.0 && std::isfinite(factor)))
+    throw Error(fmt::format("Centreline::scaled: the factor must be positive, got {:g}", factor));
+  return Centreline(std::make_shared<Scaled>(curve_, factor));
+}
 
 double Centreline::length() const {
   return curve_->length();

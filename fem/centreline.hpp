@@ -28,6 +28,8 @@ class Centreline {
   CurvePoint at(double s) const;
   /// True when the curve is one straight line: lets callers take the cheap way.
   bool is_straight() const;
+  /// The same curve, scaled about its first point. Throws Error when the factor is not positive.
+  Centreline scaled(double factor) const;
 
  private:
   std::shared_ptr<const Curve> curve_;

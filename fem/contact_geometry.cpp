@@ -45,7 +45,7 @@ Eigen::MatrixX2d displacement_weights(const Model& model, double arc_length,
 /// A node's own displacement: exact, and free of the rounding in fraction = s/length.
 Eigen::MatrixX2d node_weights(const Model& model, int node, const Eigen::Matrix<double, 3, 2>& axes) {
   Eigen::MatrixX2d weights = Eigen::MatrixX2d::Zero(model.dof_count(), 2);
-  weights.middleRows(6 * node, 3) = axes;
+  weights.middleRows(model.node_dof(node), 3) = axes;
   return weights;
 }
 

@@ -109,7 +109,7 @@ class Observer {
     const std::size_t nodes = planned.model.arc_length.size();
     for (std::size_t node = 0; node < nodes; ++node) {
       const Eigen::Vector3d tangent = body.centreline.at(planned.model.arc_length[node]).tangent;
-      const Eigen::Vector3d rotation = q.segment<3>(6 * static_cast<long>(node) + 3);
+      const Eigen::Vector3d rotation = q.segment<3>(planned.model.node_dof(static_cast<int>(node)) + 3);
       const double squared = (rotation - rotation.dot(tangent) * tangent).squaredNorm();
       slope_squared = std::max(slope_squared, squared);
       mean_squared += squared / static_cast<double>(nodes);

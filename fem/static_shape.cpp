@@ -35,8 +35,11 @@ Eigen::VectorXd static_shape(const Model& model, const Eigenmodes& modes, const 
   const double length = model.arc_length.back();
   for (std::size_t node = 0; node < model.arc_length.size(); ++node) {
     const double x = model.arc_length[node] / length;
-    shape.segment<3>(6 * static_cast<long>(node)) = ((1.0 - x) * at_start + x * at_end) * direction;
+    shape.segment<3>(model.node_dof(static_cast<int>(node))) =
+        ((1.0 - x) * at_start + x * at_end) * direction;
   }
+  if (model.start_bases > 0) shape.segment<3>(first_dof(model, End::start)) = at_start * direction;
+  if (model.end_bases > 0) shape.segment<3>(first_dof(model, End::end)) = at_end * direction;
   const Eigen::VectorXd load = -(modes.shape.transpose() * multiply(model.stiffness, shape)).col(0);
   for (long r = rigid_modes(model.body, modes.eigenvalue); r < modes.eigenvalue.size(); ++r) {
     shape += load[r] / modes.eigenvalue[r] * modes.shape.col(r);

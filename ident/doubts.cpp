@@ -280,7 +280,7 @@ std::vector<Doubt> identification_doubts(const ModeSet& modes, const fem::Model&
                                          const fem::Drive& drive, const fem::Measurement& measurement,
                                          const FitOptions& options, const IdentifiedParameters& identified) {
   std::vector<Doubt> doubts;
-  const int count = 4 * static_cast<int>(modes.modes.size()) + 20;
+  const int count = modes_to_solve(modes.modes.size());
   const ElasticModes elastic = elastic_modes(model, drive, measurement, count);
   const View view = view_of(modes, options, identified, elastic.rigid);
   const ShapeAgreement now = shape_agreement(view.modes, elastic.modes, view.pairing);

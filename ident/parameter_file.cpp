@@ -82,8 +82,15 @@ std::string curve_lines(const std::string& name, const IdentifiedCurve& curve, c
                         const std::string& extra) {
   std::string text = fmt::format("[{}]\nfrequency = {}  # Hz, measured natural frequencies\n", name,
                                  array(curve.frequency_hz));
-  text += fmt::format("value = {}{}\nsigma = {}  # with the model's own error\n{}", array(curve.value), unit,
-                      array(curve.sigma), extra);
+  text += fmt::format("value = {}{}\nsigma = {}  # with the model's own error\n", array(curve.value), unit,
+                      array(curve.sigma));
+  if (curve.scene_sigma.size() > 0)
+    text += fmt::format("scene_sigma = {}  # of what the scene states, besides; common to all\n",
+                        array(curve.scene_sigma));
+  if (curve.fitted_sigma.size() > 0)
+    text += fmt::format("fitted_sigma = {}  # of what was fitted of the body, besides; common to all\n",
+                        array(curve.fitted_sigma));
+  text += extra;
   for (std::size_t k = 0; k < curve.laws.size(); ++k) {
     text += k == 0 ? fmt::format("\n[{}.law]  # what predictions use\n", name)
                    : fmt::format("\n[[{}.other_law]]\n", name);
@@ -98,6 +105,47 @@ std::string rayleigh_lines(const RayleighFit& fit) {
       "rms = {}\ndetermined = {}\n\n",
       number(fit.rayleigh.alpha), number(fit.rayleigh.beta), number(fit.alpha_sigma), number(fit.beta_sigma),
       number(fit.covariance), number(fit.rms), fit.determined);
+}
+
+template <class Texts>
+std::string text_array(const Texts& texts) {
+  std::vector<std::string> words;
+  for (const std::string& text : texts) words.push_back(quoted(text));
+  return fmt::format("[{}]", fmt::join(words, ", "));
+}
+
+std::string fitted_lines(const FittedNumbers& fitted) {
+  std::string text;
+  if (!fitted.name.empty()) {
+    text += fmt::format(
+        "[fitted]  # numbers of the body, beside the modulus; they replace the scene's\nnumber = {}\nvalue = "
+        "{}\n"
+        "sigma = {}\ncovariance = {}  # relative but for masses, row by row\ncondition = {}\n\n",
+        text_array(fitted.name), array(fitted.value), array(fitted.sigma()),
+        array(fitted.covariance.reshaped()), number(fitted.condition));
+  }
+  for (const FittedNumbers::Inseparable& left : fitted.inseparable) {
+    text += fmt::format(
+        "[[inseparable]]  # asked for, and left as the scene has it\nnumber = {}\nreason = {}\n\n",
+        quoted(left.name), quoted(left.reason));
+  }
+  return text;
+}
+
+std::string error_lines(const std::vector<BodyErrorStep>& errors) {
+  std::string text;
+  for (const BodyErrorStep& step : errors) {
+    text += fmt::format(
+        "[[body_error]]  # one independent error of one sigma, and what follows from it\nof = {}\n",
+        quoted(step.of));
+    if (!step.is_fitted())
+      text += fmt::format("value = {}\nsigma = {}\n", number(step.value), number(step.sigma));
+    text += fmt::format(
+        "level = {}  # relative, of the modulus\nlaw_step = {}  # of the law's numbers\nnumber = {}\n"
+        "change = {}\n\n",
+        number(step.level), array(step.law_step), text_array(step.number), array(step.change));
+  }
+  return text;
 }
 
 std::string pair_lines(const Pairing& pairing) {
@@ -164,6 +212,26 @@ class Reader {
     std::vector<double> values;
     for (const toml::node& element : *found.as_array()) values.push_back(number(element, key));
     return values;
+  }
+  std::vector<std::string> texts(const char* key) const {
+    const toml::node& found = node(key);
+    std::vector<std::string> values;
+    if (found.is_array()) {
+      for (const toml::node& element : *found.as_array()) {
+        if (element.is_string()) values.push_back(*element.value<std::string>());
+      }
+    }
+    if (!found.is_array() || values.size() != found.as_array()->size())
+      refuse(&found, fmt::format("{}.{} must be an array of texts", path_, key));
+    return values;
+  }
+  std::vector<Reader> tables(const char* key) const {
+    std::vector<Reader> all;
+    if (!has(key)) return all;
+    const toml::node& found = node(key);
+    if (!found.is_array_of_tables()) refuse(&found, fmt::format("{} must be tables, [[{}]]", key, key));
+    for (const toml::node& element : *found.as_array()) all.emplace_back(file_, *element.as_table(), key);
+    return all;
   }
   Reader table(const char* key) const {
     const toml::node& found = node(key);
@@ -241,12 +309,15 @@ LawFit read_law(const Reader& reader, bool allow_zero) {
 }
 
 IdentifiedCurve read_curve(const Reader& reader, bool allow_zero) {
-  reader.only({"frequency", "value", "sigma", "kramers_kronig", "law", "other_law"});
+  reader.only(
+      {"frequency", "value", "sigma", "scene_sigma", "fitted_sigma", "kramers_kronig", "law", "other_law"});
   IdentifiedCurve curve;
   if (reader.has("frequency") || reader.has("value")) {
     curve.frequency_hz = vector(reader.numbers("frequency"));
     curve.value = vector(reader.numbers("value"));
     if (reader.has("sigma")) curve.sigma = vector(reader.numbers("sigma"));
+    if (reader.has("scene_sigma")) curve.scene_sigma = vector(reader.numbers("scene_sigma"));
+    if (reader.has("fitted_sigma")) curve.fitted_sigma = vector(reader.numbers("fitted_sigma"));
     const Eigen::Index n = curve.frequency_hz.size();
     if (curve.value.size() != n || (reader.has("sigma") && curve.sigma.size() != n)) {
       reader.refuse(
@@ -288,6 +359,57 @@ RayleighFit read_rayleigh(const Reader& reader) {
     fit.determined = *node.value<bool>();
   }
   return fit;
+}
+
+FittedNumbers read_fitted(const Reader& reader) {
+  reader.only({"number", "value", "sigma", "covariance", "condition"});
+  FittedNumbers fitted;
+  fitted.name = reader.texts("number");
+  fitted.value = vector(reader.numbers("value"));
+  fitted.condition = reader.number("condition", 0.0);
+  const auto n = static_cast<Eigen::Index>(fitted.name.size());
+  const std::vector<std::string> known = fem::fittable_numbers();
+  for (const std::string& name : fitted.name) {
+    if (std::find(known.begin(), known.end(), name) == known.end())
+      reader.refuse(&reader.node("number"),
+                    fmt::format("fitted.number: {}, got \"{}\"", fmt::join(known, ", "), name));
+  }
+  Eigen::VectorXd covariance = Eigen::VectorXd::Zero(n * n);
+  if (reader.has("covariance")) covariance = vector(reader.numbers("covariance"));
+  if (fitted.value.size() != n || covariance.size() != n * n) {
+    reader.refuse(
+        &reader.node("value"),
+        fmt::format("[fitted]: {0} values and {0} x {0} numbers of covariance, row by row, got {1} and {2}",
+                    n, fitted.value.size(), covariance.size()));
+  }
+  if (!(fitted.value.array() >= 0.0).all() || !fitted.value.allFinite())
+    reader.refuse(&reader.node("value"), "fitted.value must be zero or positive");
+  fitted.covariance = covariance.reshaped(n, n);  // symmetric: rows are columns
+  return fitted;
+}
+
+BodyErrorStep read_error(const Reader& reader, const IdentifiedCurve& modulus) {
+  reader.only({"of", "value", "sigma", "level", "law_step", "number", "change"});
+  BodyErrorStep step;
+  step.of = reader.text("of");
+  if (!step.is_fitted()) {
+    step.value = reader.number("value");
+    step.sigma = reader.number("sigma");
+  }
+  step.level = reader.number("level", 0.0);
+  step.law_step = vector(reader.numbers("law_step"));
+  step.number = reader.texts("number");
+  step.change = reader.numbers("change");
+  const std::size_t numbers = modulus.laws.empty() ? 0
+                                                   : modulus.laws.front().law.parameters.size() +
+                                                         modulus.laws.front().law.value.size();
+  if (step.number.size() != step.change.size() || (step.number.empty() && !step.is_fitted()))
+    reader.refuse(&reader.node("change"), "body_error: number and change must have equal length");
+  if (static_cast<std::size_t>(step.law_step.size()) != numbers)
+    reader.refuse(&reader.node("law_step"),
+                  fmt::format("body_error.law_step: a number for each of the modulus law's {}, got {}",
+                              numbers, step.law_step.size()));
+  return step;
 }
 
 toml::table parse(const std::string& file) {
@@ -334,6 +456,8 @@ void write_parameters(const IdentifiedParameters& identified, const std::string&
                         fmt::format("kramers_kronig = {}  # (pi/2) d ln E/d ln f, for information\n",
                                     array(identified.kramers_kronig_loss_factor)));
   }
+  text += fitted_lines(identified.fitted);
+  text += error_lines(identified.errors);
   text += pair_lines(identified.pairing);
   for (const LeftOut& left_out : identified.rejected) {
     text += fmt::format("[[rejected]]\nfrequency = {}\nof = \"{}\"\nreason = {}\n\n",
@@ -347,7 +471,8 @@ void write_parameters(const IdentifiedParameters& identified, const std::string&
 IdentifiedParameters read_parameters(const std::string& file) {
   const toml::table root = parse(file);
   const Reader reader(file, root, "");
-  reader.only({"body", "rayleigh", "modulus", "loss_factor", "pair", "rejected", "doubt", "provenance"});
+  reader.only({"body", "rayleigh", "modulus", "loss_factor", "fitted", "inseparable", "body_error", "pair",
+               "rejected", "doubt", "provenance"});
   IdentifiedParameters identified;
   if (!reader.has("body"))
     throw Error(file, 0, "has no body; add body = \"NAME\", the body that the parameters belong to");
@@ -358,6 +483,9 @@ IdentifiedParameters read_parameters(const std::string& file) {
   }
   if (reader.has("modulus")) identified.modulus = read_curve(reader.table("modulus"), false);
   if (reader.has("loss_factor")) identified.loss_factor = read_curve(reader.table("loss_factor"), true);
+  if (reader.has("fitted")) identified.fitted = read_fitted(reader.table("fitted"));
+  for (const Reader& error : reader.tables("body_error"))
+    identified.errors.push_back(read_error(error, identified.modulus));
   if (!identified.rayleigh_known && identified.modulus.laws.empty() && identified.loss_factor.laws.empty()) {
     throw Error(file, 0, "has no parameters; add [modulus.law], [loss_factor.law] or [rayleigh]");
   }

@@ -1,6 +1,7 @@
 #include "ident/parameter_identification.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,23 +11,16 @@
 
 #include "fem/eigenmodes.hpp"
 #include "fem/error.hpp"
+#include "ident/elastic_modes.hpp"
+#include "ident/joint_fit.hpp"
+#include "ident/mode_trust.hpp"
 
 namespace struna::ident {
 namespace {
 
 using Kind = fem::FrequencyLaw::Kind;
 
-constexpr double unknown_modulus_sigma = 5e-3;  // relative, where the modes have no standard errors
-constexpr double unknown_loss_factor_sigma = 5e-2;
-constexpr double worst_modulus_sigma = 0.02;  // relative; a mode known worse than this says nothing
-constexpr double worst_loss_factor_sigma = 0.10;
-constexpr double poor_circle_sigma =
-    0.03;  // relative, of a loss factor from a multi-mode fit whose circle is poor
-constexpr double separate_enough = 0.5;  // bandwidths between neighbours whose loss factors can be told apart
-constexpr double one_resonance =
-    0.05;  // bandwidths between two modes that widen their common pole too little to matter
-constexpr double close_frequency_error =
-    0.05;  // bandwidths, of a frequency read off a circle shared with a neighbour
+constexpr int most_rounds = 8;  // of pairing and fitting numbers of the body
 
 void validate(const FitOptions& options) {
   const bool band_given = options.band_lo_hz != 0.0 || options.band_hi_hz != 0.0;
@@ -44,39 +38,12 @@ void validate(const FitOptions& options) {
     if (!word.empty()) fitted_law(word);
   }
   check_floor("loss_factor_floor", options.loss_factor_floor);
-}
-
-/// The eigenvalue that an infinitely fine mesh would have. A mesh of cubic elements of length h is too stiff
-/// in bending: f_h/f - 1 = (b h)^4/1440, b^4 = rho A omega^2/(E I); left in, it would read as a modulus that
-/// is too low (0.2 % at ten elements per three half waves). It is for bending modes; axial and torsional ones
-/// lie above the bands that are measured.
-double without_mesh_error(double eigenvalue, const fem::Model& model) {
-  const fem::Body& body = model.body;
-  const double h = model.arc_length.back() / static_cast<double>(model.arc_length.size() - 1);
-  const double b4 = body.density * body.section.area * eigenvalue / body.section.second_moment;
-  return eigenvalue / std::pow(1.0 + b4 * std::pow(h, 4) / 1440.0, 2);
-}
-
-/// The elastic modes, which alone resonate, and how many rigid ones come before them.
-struct Elastic {
-  ModelModes modes;
-  long rigid = 0;
-};
-
-Elastic elastic_modes(const fem::Model& model, const fem::Drive& drive, const fem::Measurement& measurement,
-                      std::size_t measured_count) {
-  // Four times the measured ones: missing modes, out-of-plane ones that the drive hardly reaches, and room
-  // above the band.
-  const fem::Eigenmodes all = fem::solve_eigenmodes(model, 4 * static_cast<int>(measured_count) + 20);
-  const long rigid = fem::rigid_modes(model.body, all.eigenvalue);
-  const long elastic = all.eigenvalue.size() - rigid;
-  const fem::Eigenmodes modes{all.eigenvalue.tail(elastic), all.shape.rightCols(elastic)};
-  ModelModes result;
-  result.eigenvalue = modes.eigenvalue.unaryExpr([&](double v) { return without_mesh_error(v, model); });
-  result.constant = fem::modal_constants(model, modes, drive, measurement, fem::constant_law(1.0));
-  result.constant_scales_with_modulus = std::holds_alternative<fem::SupportMotion>(drive) ||
-                                        std::holds_alternative<fem::SupportForce>(measurement.what);
-  return {result, rigid};
+  for (const std::string& name : options.free) {
+    const std::vector<std::string> known = fem::fittable_numbers();
+    if (std::find(known.begin(), known.end(), name) == known.end())
+      throw Error(fmt::format("identify_parameters: free: only {} can be fitted, got \"{}\"",
+                              fmt::join(known, ", "), name));
+  }
 }
 
 /// The measured modes in the band; `index` keeps their places in the list.
@@ -103,67 +70,6 @@ Selection in_band(const ModeSet& measured, const FitOptions& options, std::vecto
   return selection;
 }
 
-/// Distance to the nearest other measured mode, in half-power bandwidths.
-double neighbour_distance(const std::vector<Mode>& modes, std::size_t mine) {
-  double nearest = std::numeric_limits<double>::infinity();
-  for (std::size_t j = 0; j < modes.size(); ++j) {
-    if (j == mine) continue;
-    const double distance = std::abs(modes[j].natural_frequency_hz - modes[mine].natural_frequency_hz);
-    nearest = std::min(nearest, distance);
-  }
-  return nearest / (modes[mine].loss_factor * modes[mine].natural_frequency_hz);
-}
-
-/// A multi-mode fit has taken the neighbours out: it has standard errors and its values are not the circle's
-/// own.
-bool is_refined(const Mode& mode) {
-  return std::isfinite(mode.loss_factor_sigma) &&
-         mode.circle_natural_frequency_hz != mode.natural_frequency_hz;
-}
-
-/// Why neither the modulus nor the loss factor can be had from this mode.
-std::optional<std::string> distrust_both(const Mode& mode) {
-  if (mode.has(ModeFlag::not_converged)) return "not_converged: its fit did not settle";
-  if (mode.has(ModeFlag::edge)) return "edge: its half-power band reaches past the band analysed";
-  return std::nullopt;
-}
-
-std::optional<std::string> distrust_modulus(double relative_sigma) {
-  if (relative_sigma > worst_modulus_sigma) {
-    return fmt::format("modulus: known to {:.1f} % only, more than {:.0f} %", 100.0 * relative_sigma,
-                       100.0 * worst_modulus_sigma);
-  }
-  return std::nullopt;
-}
-
-std::optional<std::string> distrust_loss_factor(const Pair& pair, const Mode& mode, double spread,
-                                                double neighbour) {
-  if (!(mode.loss_factor > 0.0) || !std::isfinite(mode.loss_factor)) {
-    return fmt::format("loss factor: must be positive, got {}", mode.loss_factor);
-  }
-  if (mode.has(ModeFlag::coarse)) return "loss factor: coarse: too few lines in the half-power band";
-  if (mode.has(ModeFlag::poor_circle) && !is_refined(mode)) {
-    return "loss factor: poor_circle: not the circle of one mode";
-  }
-  if (spread > one_resonance) {
-    return fmt::format("loss factor: one pole for two modes {:.2f} bandwidths apart", spread);
-  }
-  if (mode.has(ModeFlag::double_mode) && pair.model.size() < 2) {
-    return "loss factor: double_mode: one pole for two modes that the model does not have";
-  }
-  if (mode.has(ModeFlag::close_modes)) {
-    if (!is_refined(mode)) return "loss factor: close_modes: the circle is not this mode's own";
-    if (neighbour < separate_enough) {
-      return fmt::format("loss factor: close_modes: a neighbour {:.2f} bandwidths away", neighbour);
-    }
-  }
-  if (mode.loss_factor_sigma > worst_loss_factor_sigma * mode.loss_factor) {
-    return fmt::format("loss factor: noisy: known to {:.0f} % only, more than {:.0f} %",
-                       100.0 * mode.loss_factor_sigma / mode.loss_factor, 100.0 * worst_loss_factor_sigma);
-  }
-  return std::nullopt;
-}
-
 struct Points {
   std::vector<double> frequency, value, sigma;
 
@@ -181,22 +87,6 @@ struct Points {
   }
 };
 
-double relative_modulus_sigma(const Pair& pair, const Mode& mode, const FitOptions& options) {
-  double sigma = pair.modulus_sigma / pair.modulus;
-  if (!std::isfinite(mode.natural_frequency_sigma)) sigma = std::hypot(sigma, unknown_modulus_sigma);
-  if (mode.has(ModeFlag::close_modes) && !is_refined(mode)) {
-    sigma = std::hypot(sigma, 2.0 * close_frequency_error * mode.loss_factor);
-  }
-  return std::hypot(sigma, options.modulus_floor);
-}
-
-double relative_loss_factor_sigma(const Mode& mode, const FitOptions& options) {
-  const double given = mode.loss_factor_sigma / mode.loss_factor;
-  const double relative = std::isfinite(given) ? given : unknown_loss_factor_sigma;
-  const double doubt = mode.has(ModeFlag::poor_circle) ? poor_circle_sigma : 0.0;
-  return std::hypot(relative, doubt, options.loss_factor_floor);
-}
-
 /// Sorts the pairs' moduli and loss factors (as read, not yet freed of the rising modulus) into the trusted
 /// and the rejected.
 void sort_by_trust(const Selection& selection, const Pairing& pairing, const FitOptions& options,
@@ -213,7 +103,7 @@ void sort_by_trust(const Selection& selection, const Pairing& pairing, const Fit
       rejected.push_back({f, *reason, LeftOutOf::both});
       continue;
     }
-    const double sigma = relative_modulus_sigma(pair, mode, options);
+    const double sigma = relative_modulus_sigma(pair, mode, options.modulus_floor);
     if (const auto reason = distrust_modulus(sigma)) {
       rejected.push_back({f, *reason, LeftOutOf::modulus});
     } else {
@@ -224,7 +114,8 @@ void sort_by_trust(const Selection& selection, const Pairing& pairing, const Fit
             distrust_loss_factor(pair, mode, spread, neighbour_distance(selection.set.modes, i))) {
       rejected.push_back({f, *reason, LeftOutOf::loss_factor});
     } else {
-      loss_factor.add(f, mode.loss_factor, relative_loss_factor_sigma(mode, options) * mode.loss_factor);
+      loss_factor.add(f, mode.loss_factor,
+                      relative_loss_factor_sigma(mode, options.loss_factor_floor) * mode.loss_factor);
     }
   }
   std::stable_sort(rejected.begin(), rejected.end(),
@@ -301,10 +192,32 @@ Kind fitted_law(const std::string& word) {
   throw Error(fmt::format("law: constant, power, fractional_zener or monotone_spline, got \"{}\"", word));
 }
 
-IdentifiedParameters identify_parameters(const ModeSet& measured, const fem::Model& model,
-                                         const fem::Drive& drive, const fem::Measurement& measurement,
-                                         const FitOptions& options) {
-  validate(options);
+namespace {
+
+struct Identified {
+  IdentifiedParameters parameters;
+  fem::Eigenmodes eigenmodes;
+  int rigid = 0;
+  std::vector<PairedFrequency> pairs;  ///< behind the entries of parameters.modulus
+};
+
+std::vector<PairedFrequency> paired_frequencies(const ModeSet& set, const Pairing& pairing,
+                                                const IdentifiedCurve& modulus) {
+  std::vector<PairedFrequency> pairs;
+  Eigen::Index next = 0;
+  for (const Pair& pair : pairing.pairs) {
+    const double f = set.modes[static_cast<std::size_t>(pair.measured)].natural_frequency_hz;
+    if (next >= modulus.value.size() || modulus.frequency_hz[next] != f) continue;
+    pairs.push_back({f, pair.model, modulus.sigma[next] / modulus.value[next]});
+    ++next;
+  }
+  return pairs;
+}
+
+/// Everything but the numbers of the body, which `fitted` tells where some were fitted already.
+Identified identify_material(const ModeSet& measured, const fem::Model& model, const fem::Drive& drive,
+                             const fem::Measurement& measurement, const FitOptions& options,
+                             const FittedNumbers& fitted) {
   IdentifiedParameters result;
   result.body = model.body.name;
   const Selection selection = in_band(measured, options, result.rejected);
@@ -316,17 +229,29 @@ IdentifiedParameters identify_parameters(const ModeSet& measured, const fem::Mod
     pairing_options.band_lo_hz = options.band_lo_hz;
     pairing_options.band_hi_hz = options.band_hi_hz;
   }
-  const Elastic model_side = elastic_modes(model, drive, measurement, selection.set.modes.size());
+  const ElasticModes model_side =
+      elastic_modes(model, drive, measurement, modes_to_solve(selection.set.modes.size()));
   result.pairing = pair_modes(selection.set, model_side.modes, pairing_options);
 
   Points modulus, loss_factor;
   sort_by_trust(selection, result.pairing, options, modulus, loss_factor, result.rejected);
   if (modulus.value.empty()) throw Error(nothing_paired(selection.set, result.pairing));
-  to_list_indices(result.pairing, selection.index, static_cast<int>(model_side.rigid));
   result.modulus = modulus.curve();
+  const std::vector<PairedFrequency> pairs =
+      paired_frequencies(selection.set, result.pairing, result.modulus);
+  to_list_indices(result.pairing, selection.index, model_side.rigid);
   result.modulus.laws = fit_curve_laws(
       result.modulus, {Kind::constant, Kind::power, Kind::fractional_zener, Kind::monotone_spline}, true,
       options.modulus_law, "modulus");
+
+  result.fitted = fitted;
+  result.errors = body_error_steps(model, model_side.eigenmodes, pairs, result.modulus.laws.front(), fitted);
+  const auto common_sigma = [&](bool of_fitted) {
+    const Eigen::VectorXd relative = common_modulus_sigma(result.errors, of_fitted);
+    return relative.size() > 0 ? Eigen::VectorXd(relative.cwiseProduct(result.modulus.value)) : relative;
+  };
+  result.modulus.scene_sigma = common_sigma(false);
+  result.modulus.fitted_sigma = common_sigma(true);
 
   const fem::FrequencyLaw& modulus_law = result.modulus.laws.front().law;
   result.loss_factor = loss_factor.curve();
@@ -352,7 +277,125 @@ IdentifiedParameters identify_parameters(const ModeSet& measured, const fem::Mod
   result.provenance.band_lo_hz = options.band_hi_hz > 0.0 ? options.band_lo_hz : lowest->natural_frequency_hz;
   result.provenance.band_hi_hz =
       options.band_hi_hz > 0.0 ? options.band_hi_hz : highest->natural_frequency_hz;
+  return {std::move(result), model_side.eigenmodes, model_side.rigid, pairs};
+}
+
+/// Springs that are fitted keep their stiffness over the modulus when that changes.
+void keep_ratio(fem::Body& body, const std::vector<std::string>& free, const fem::FrequencyLaw& modulus) {
+  const double ratio =
+      modulus.at(fem::support_reference_hz) / body.material.youngs_modulus.at(fem::support_reference_hz);
+  for (const std::string& name : free) {
+    if (!is_relative(name) || name == "torsion_constant") continue;
+    const fem::BodyNumber number = fem::fittable_number(body, name);
+    body = fem::moved(body, number, (ratio - 1.0) * number.value);
+  }
+  body.material.youngs_modulus = modulus;
+}
+
+bool same_pairs(const std::vector<PairedFrequency>& a, const std::vector<PairedFrequency>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const auto& x, const auto& y) {
+    return x.frequency_hz == y.frequency_hz && x.mode == y.mode;
+  });
+}
+
+/// Numbers fitted beside the law from one start.
+struct Trial {
+  Identified found;
+  FittedNumbers fitted;
+  fem::Body body;
+  double chi_square = 0.0;
+
+  /// More pairs explained, or the same number better.
+  bool is_better_than(const Trial& other) const {
+    const std::size_t mine = found.pairs.size(), its = other.found.pairs.size();
+    return mine != its ? mine > its : chi_square < other.chi_square;
+  }
+};
+
+/// Pairs, fits the numbers to the pairs, and pairs again with the model that they make, until the pairs stay
+/// and the modulus that springs are told at has settled.
+template <class Identify>
+Trial fit_from(fem::Body body, int elements, Kind law, const std::vector<std::string>& free,
+               const Identify& identify) {
+  Trial trial{identify(body), {}, std::move(body), 0.0};
+  for (int round = 0; round < most_rounds; ++round) {
+    JointFit joint = fit_body_numbers(fem::assemble(trial.body, elements), trial.found.eigenmodes,
+                                      trial.found.rigid, trial.found.pairs, law, free);
+    trial.fitted = std::move(joint.fitted);
+    trial.chi_square = joint.chi_square;
+    if (!trial.fitted.inseparable.empty()) break;
+    trial.body = std::move(joint.body);
+    Identified next = identify(trial.body);
+    keep_ratio(trial.body, free, next.parameters.modulus.laws.front().law);
+    const bool settled = same_pairs(trial.found.pairs, next.pairs);
+    trial.found = std::move(next);
+    if (settled) break;
+  }
+  return trial;
+}
+
+/// The best of what several compliances of supports that do not give yet lead to: softer ones pair other
+/// modes.
+template <class Identify>
+Trial best_fit(const fem::Body& scene, int elements, Kind law, const std::vector<std::string>& free,
+               const Identify& identify) {
+  const bool rigid = std::any_of(free.begin(), free.end(), [&](const std::string& name) {
+    return !std::isfinite(fem::fittable_number(scene, name).value);
+  });
+  std::optional<Trial> best;
+  for (const double compliance : {3e-3, 1e-4, 3e-2}) {
+    Trial trial = fit_from(with_finite_supports(scene, free, compliance), elements, law, free, identify);
+    if (!best || trial.is_better_than(*best)) best = std::move(trial);
+    if (!rigid) break;
+  }
+  return std::move(*best);
+}
+
+/// Drops what the modes do not tell, one by one, and fits the rest.
+IdentifiedParameters identify_with_numbers(const ModeSet& measured, const fem::Model& model,
+                                           const fem::Drive& drive, const fem::Measurement& measurement,
+                                           FitOptions options) {
+  const int elements = static_cast<int>(model.arc_length.size()) - 1;
+  if (options.modulus_law.empty()) options.modulus_law = "power";
+  const Kind law = fitted_law(options.modulus_law);
+  check_joint_law(law);
+  const auto identify_fitted = [&](const fem::Body& body, const FittedNumbers& fitted) {
+    return identify_material(measured, fem::assemble(body, elements), drive, measurement, options, fitted);
+  };
+  const auto identify = [&](const fem::Body& body) { return identify_fitted(body, {}); };
+  fem::Body scene = model.body;
+  scene.material.youngs_modulus = identify(scene).parameters.modulus.laws.front().law;
+  std::vector<std::string> free = options.free;
+  FittedNumbers left;
+  while (!free.empty()) {
+    Trial trial = best_fit(scene, elements, law, free, identify);
+    FittedNumbers& fitted = trial.fitted;
+    if (fitted.inseparable.empty()) {
+      for (std::size_t k = 0; k < free.size(); ++k)
+        fitted.value[static_cast<Eigen::Index>(k)] = fem::fittable_number(trial.body, free[k]).value;
+      IdentifiedParameters result = identify_fitted(trial.body, fitted).parameters;
+      result.fitted.inseparable = std::move(left.inseparable);
+      return result;
+    }
+    if (left.condition == 0.0) left.condition = fitted.condition;
+    left.inseparable.push_back(fitted.inseparable.front());
+    std::erase(free, left.inseparable.back().name);
+  }
+  // Nothing is told of the body: what a fit without its numbers finds.
+  IdentifiedParameters result = identify(model.body).parameters;
+  result.fitted = std::move(left);
   return result;
+}
+
+}  // namespace
+
+IdentifiedParameters identify_parameters(const ModeSet& measured, const fem::Model& model,
+                                         const fem::Drive& drive, const fem::Measurement& measurement,
+                                         const FitOptions& options) {
+  validate(options);
+  if (options.free.empty())
+    return identify_material(measured, model, drive, measurement, options, {}).parameters;
+  return identify_with_numbers(measured, model, drive, measurement, options);
 }
 
 fem::Material apply(const IdentifiedParameters& identified, fem::Material material) {
@@ -360,6 +403,18 @@ fem::Material apply(const IdentifiedParameters& identified, fem::Material materi
   if (!identified.loss_factor.laws.empty()) material.loss_factor = identified.loss_factor.laws.front().law;
   if (identified.rayleigh_known) material.rayleigh = identified.rayleigh.rayleigh;
   return material;
+}
+
+fem::Body apply(const IdentifiedParameters& identified, fem::Body body) {
+  body.material = apply(identified, std::move(body.material));
+  const FittedNumbers& fitted = identified.fitted;
+  for (std::size_t k = 0; k < fitted.name.size(); ++k) {
+    fem::BodyNumber number = fem::fittable_number(body, fitted.name[k]);
+    const double value = fitted.value[static_cast<Eigen::Index>(k)];
+    if (number.section.torsion_constant == 0.0) number.value = value;  // a support's may be infinite
+    body = fem::moved(body, number, value - number.value);
+  }
+  return body;
 }
 
 }  // namespace struna::ident

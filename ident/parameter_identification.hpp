@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "fem/harmonic.hpp"
+#include "ident/body_errors.hpp"
 #include "ident/law_fit.hpp"
 #include "ident/mode.hpp"
 #include "ident/pairing.hpp"
@@ -18,6 +19,9 @@ struct FitOptions {
   double band_lo_hz = 0.0;
   double band_hi_hz = 0.0;
   PairingOptions pairing = {};
+  /// Numbers of the body to fit beside the modulus law (fem::fittable_numbers()); the law is then constant or
+  /// power (the default).
+  std::vector<std::string> free = {};
   /// Relative modelling errors (geometry, ends; leakage, dispersion) added in square to every sigma of E and
   /// of eta.
   double modulus_floor = 1e-3;
@@ -33,6 +37,10 @@ struct IdentifiedCurve {
   Eigen::VectorXd value;
   Eigen::VectorXd sigma;
   std::vector<LawFit> laws;  ///< laws.front() is the one that predictions use
+  /// What errors of the body's stated and of its fitted numbers add to `sigma`, which is of noise and of the
+  /// model's floor; each common to all modes. Of the modulus; empty: none.
+  Eigen::VectorXd scene_sigma = {};
+  Eigen::VectorXd fitted_sigma = {};
 };
 
 /// What a measured mode was not trusted for.
@@ -62,7 +70,9 @@ struct IdentifiedParameters {
   IdentifiedCurve modulus;      ///< [Pa]
   IdentifiedCurve loss_factor;  ///< [-], freed of the rising modulus' bias
   Eigen::VectorXd
-      kramers_kronig_loss_factor;  ///< (pi/2) d ln E/d ln f at the same frequencies, for information
+      kramers_kronig_loss_factor;     ///< (pi/2) d ln E/d ln f at the same frequencies, for information
+  FittedNumbers fitted;               ///< of the body, beside the modulus
+  std::vector<BodyErrorStep> errors;  ///< of the body's numbers, and what they do to the modulus
   std::vector<LeftOut> rejected;
   Pairing pairing;  ///< its model modes count all of the body's from 0, rigid ones included
   Provenance provenance;
@@ -73,14 +83,17 @@ struct IdentifiedParameters {
 /// A mode may be trusted for the modulus and not for the loss factor. The loss factor of each mode is read as
 /// eta/(1 - n/2) by every fit when E ~ f^n: it is multiplied by (1 - n/2) with n from the fitted modulus law
 /// (physics.md, section 3). The same holds for the damping ratios behind alpha and beta, as the viscous
-/// model's stiffness is E(f) too. Standard errors that the modes do not have are taken as 0.5 % of E and 5 %
-/// of eta. Throws Error when no mode can be paired, a named law is unknown or not determined by the points,
-/// or an option is out of range.
+/// model's stiffness is E(f) too. Where options.free names numbers of the body, they are fitted beside the
+/// law (ident/joint_fit.hpp), `model` being the body as the scene has it. Standard errors that the modes do
+/// not have are taken as 0.5 % of E and 5 % of eta. Throws Error when no mode can be paired, a named law is
+/// unknown or not determined by the points, or an option is out of range.
 IdentifiedParameters identify_parameters(const ModeSet& measured, const fem::Model& model,
                                          const fem::Drive& drive, const fem::Measurement& measurement,
                                          const FitOptions& options = {});
 
 /// The body's material with what was identified in place of what was known.
 fem::Material apply(const IdentifiedParameters& identified, fem::Material material);
+/// The body with that material and the numbers that were fitted.
+fem::Body apply(const IdentifiedParameters& identified, fem::Body body);
 
 }  // namespace struna::ident

@@ -1,37 +1,23 @@
 #include "ident/prediction_band.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <complex>
 #include <numbers>
 #include <vector>
 
+#include "fem/body_number.hpp"
+#include "ident/body_errors.hpp"
+
 namespace struna::ident {
 namespace {
 
 using Complex = std::complex<double>;
 
-constexpr double part = 0.01;  // of a standard error
+constexpr double part = 0.01;         // of a standard error
+constexpr double error_share = 1e-3;  // of an error of the body, of which resonances keep almost their place
 constexpr double nudge =
     1e-6;  // relative: resonances shift by far less than their width, rounding stays below
-
-/// Steps of one standard error each, independent of each other, that make up a covariance.
-std::vector<Eigen::VectorXd> independent_steps(const Eigen::MatrixXd& covariance) {
-  std::vector<Eigen::VectorXd> steps;
-  if (covariance.size() == 0 || !covariance.allFinite()) return steps;
-  // Of unit diagonal first: the parameters' units are worlds apart.
-  const Eigen::VectorXd scale = covariance.diagonal().cwiseMax(0.0).cwiseSqrt();
-  const Eigen::VectorXd inverse = scale.unaryExpr([](double s) { return s > 0.0 ? 1.0 / s : 0.0; });
-  const Eigen::MatrixXd correlation = inverse.asDiagonal() * covariance * inverse.asDiagonal();
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(correlation);
-  for (Eigen::Index k = 0; k < scale.size(); ++k) {
-    const double variance = eigen.eigenvalues()(k);
-    if (variance > 1e-12)
-      steps.push_back(std::sqrt(variance) * scale.cwiseProduct(eigen.eigenvectors().col(k)));
-  }
-  return steps;
-}
 
 /// Derivatives of the response, lines x outputs. All that a law does goes through the complex modulus
 /// s = E (1 + i eta), viscous E (1 + i omega beta), and through alpha.
@@ -90,6 +76,48 @@ std::vector<Effect> effects(const fem::Material& material, const Eigen::VectorXd
   return all;
 }
 
+/// The number of that name and value among those that the body states, or null.
+const fem::BodyNumber* stated_number(const fem::Body& body, const std::string& name, double value) {
+  const auto found = std::find_if(body.stated.begin(), body.stated.end(), [&](const fem::BodyNumber& number) {
+    return number.name == name && number.value == value;
+  });
+  return found == body.stated.end() ? nullptr : &*found;
+}
+
+/// The body after a small share of an error: what the modulus was identified with moves together with it, so
+/// that natural frequencies, which were measured, hardly do.
+fem::Body with_error(fem::Body body, const BodyErrorStep& step, double share) {
+  fem::FrequencyLaw& modulus = body.material.youngs_modulus;
+  modulus = moved(modulus, share * step.law_step);
+  // Of another body (another length, say) the modulus' error is alone.
+  const bool same_body = step.is_fitted() || stated_number(body, step.of, step.value) != nullptr;
+  if (!same_body) return body;
+  for (std::size_t k = 0; k < step.number.size(); ++k) {
+    const bool is_stated = !step.is_fitted() && k == 0;
+    const fem::BodyNumber number =
+        is_stated ? *stated_number(body, step.of, step.value) : fem::fittable_number(body, step.number[k]);
+    body = fem::moved(body, number, share * step.change[k]);
+  }
+  return body;
+}
+
+/// The errors of identification, and those of what this body states and that one did not.
+std::vector<BodyErrorStep> errors_of(const fem::Body& body, const IdentifiedParameters& identified) {
+  std::vector<BodyErrorStep> errors = identified.errors;
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(
+      body.material.youngs_modulus.parameters.size() + body.material.youngs_modulus.value.size()));
+  for (const fem::BodyNumber& number : body.stated) {
+    const bool told = std::any_of(errors.begin(), errors.end(), [&](const BodyErrorStep& step) {
+      return step.of == number.name && step.value == number.value;
+    });
+    const auto& fitted = identified.fitted.name;
+    if (told || !(number.sigma > 0.0) || std::find(fitted.begin(), fitted.end(), number.name) != fitted.end())
+      continue;
+    errors.push_back({number.name, number.value, number.sigma, {number.name}, {number.sigma}, 0.0, {}, none});
+  }
+  return errors;
+}
+
 }  // namespace
 
 Eigen::MatrixXd PredictionBand::sigma() const {
@@ -117,12 +145,20 @@ PredictionBand prediction_band(const fem::Model& model, const fem::Drive& drive,
 
   const Eigen::ArrayXXcd direction = h / h.abs().max(1e-300).cast<Complex>();
   Eigen::ArrayXXd real = Eigen::ArrayXXd::Zero(h.rows(), h.cols()), imag = real, magnitude = real;
-  for (const Effect& effect : effects(model.body.material, frequency_hz, damping, identified)) {
-    Eigen::ArrayXXcd change = sensitivity.modulus.colwise() * effect.log_modulus;
-    if (effect.alpha != 0.0) change += effect.alpha * sensitivity.alpha;
+  const auto add = [&](const Eigen::ArrayXXcd& change) {
     real += change.real().square();
     imag += change.imag().square();
     magnitude += (change * direction.conjugate()).real().square();
+  };
+  for (const Effect& effect : effects(model.body.material, frequency_hz, damping, identified)) {
+    Eigen::ArrayXXcd change = sensitivity.modulus.colwise() * effect.log_modulus;
+    if (effect.alpha != 0.0) change += effect.alpha * sensitivity.alpha;
+    add(change);
+  }
+  const int elements = static_cast<int>(model.arc_length.size()) - 1;
+  for (const BodyErrorStep& step : errors_of(model.body, identified)) {
+    const fem::Body moved_body = with_error(model.body, step, error_share);
+    add((response_of(fem::assemble(moved_body, elements)) - h) / error_share);
   }
   return {real.sqrt(), imag.sqrt(), magnitude.sqrt()};
 }

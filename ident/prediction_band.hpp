@@ -19,9 +19,16 @@ struct PredictionBand {
 /// harmonic response, to first order: sum over the eigenvectors of each covariance of (dH/dp d)^2. H depends
 /// on the laws through the complex modulus at its own frequency only, so one derivative serves all. The laws
 /// of different quantities count as independent: errors of natural frequencies and of loss factors are nearly
-/// so. `model` carries the laws (apply). Zero where no covariance is known. `response` is the harmonic
+/// so.
+///
+/// Besides, what the errors of the body's numbers make of it: those that identification knew
+/// (identified.errors) move the modulus and the body together, wherever the body states the same number with
+/// the same value, and the modulus alone elsewhere; numbers that only this body states with a sigma move the
+/// body alone.
+///
+/// `model` carries the laws (apply). Zero where no covariance is known. `response` is the harmonic
 /// response of the same model, with the same damping. Costs one more of its kind, two when damping is
-/// viscous.
+/// viscous, and one for each error of the body.
 PredictionBand prediction_band(const fem::Model& model, const fem::Drive& drive,
                                const fem::Measurement& measurement, const fem::HarmonicResponse& response,
                                fem::Damping damping, const IdentifiedParameters& identified);

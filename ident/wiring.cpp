@@ -103,26 +103,7 @@ Eigen::Vector3d direction_of(const fem::Drive& drive) {
   return std::visit([](const auto& driven) { return driven.direction; }, drive);
 }
 
-int modes_wanted(const ModeSet& measured) {
-  return 4 * static_cast<int>(measured.modes.size()) + 20;  // as identify_parameters
-}
-
 }  // namespace
-
-ElasticModes elastic_modes(const fem::Model& model, const fem::Drive& drive,
-                           const fem::Measurement& measurement, int count) {
-  const fem::Eigenmodes all = fem::solve_eigenmodes(model, count);
-  const long rigid = fem::rigid_modes(model.body, all.eigenvalue);
-  const long elastic = all.eigenvalue.size() - rigid;
-  const fem::Eigenmodes modes{all.eigenvalue.tail(elastic), all.shape.rightCols(elastic)};
-  ElasticModes result;
-  result.rigid = static_cast<int>(rigid);
-  result.modes.eigenvalue = modes.eigenvalue;
-  result.modes.constant = fem::modal_constants(model, modes, drive, measurement, fem::constant_law(1.0));
-  result.modes.constant_scales_with_modulus = std::holds_alternative<fem::SupportMotion>(drive) ||
-                                              std::holds_alternative<fem::SupportForce>(measurement.what);
-  return result;
-}
 
 ShapeAgreement shape_agreement(const ModeSet& measured, const ModelModes& model, const Pairing& pairing) {
   ShapeAgreement result;
@@ -158,7 +139,7 @@ ShapeAgreement shape_agreement(const ModeSet& measured, const ModelModes& model,
 std::optional<Remedy> find_remedy(const ModeSet& measured, const fem::Model& model, const fem::Drive& drive,
                                   const fem::Measurement& measurement, const PairingOptions& options,
                                   const ShapeAgreement& now) {
-  const int count = modes_wanted(measured);
+  const int count = modes_to_solve(measured.modes.size());
   const ModelModes as_wired = elastic_modes(model, drive, measurement, count).modes;
   std::optional<Remedy> best;
   const auto try_out = [&](Remedy remedy, const ModelModes& changed) {

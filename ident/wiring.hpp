@@ -7,21 +7,11 @@
 #include <vector>
 
 #include "fem/harmonic.hpp"
+#include "ident/elastic_modes.hpp"
 #include "ident/mode.hpp"
 #include "ident/pairing.hpp"
 
 namespace struna::ident {
-
-/// A model's elastic modes, and how many rigid ones come before them in the body's count.
-struct ElasticModes {
-  ModelModes modes;
-  int rigid = 0;
-};
-
-/// The lowest `count` of them as the mesh has them: its error, some tenths of a per cent, matters to no
-/// question of this page.
-ElasticModes elastic_modes(const fem::Model& model, const fem::Drive& drive,
-                           const fem::Measurement& measurement, int count);
 
 /// How far measured modal constants bear out the model modes that they are paired with. Only sound modes with
 /// constants count (no noisy, poor_circle, edge, not_converged).
