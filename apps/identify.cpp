@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <memory>
 
+#include "apps/bootstrap.hpp"
 #include "apps/commands.hpp"
 #include "apps/console.hpp"
 #include "apps/measured_transfer.hpp"
@@ -21,6 +22,7 @@
 #include "ident/doubts.hpp"
 #include "ident/mode_file.hpp"
 #include "ident/parameter_file.hpp"
+#include "ident/references.hpp"
 #include "ident/transfer_function_file.hpp"
 
 namespace struna::apps {
@@ -29,6 +31,7 @@ namespace {
 /// Everything that the command finds out, in the order in which it does.
 struct Identification {
   MeasuredTransfer transfer;
+  std::vector<ident::TransferEstimate> estimates;  ///< of each reference
   ident::ModeSet modes;
   SceneFit fit;
   ident::TransferFunction predicted;
@@ -36,21 +39,41 @@ struct Identification {
   double mesh_error = 0.0;
   ident::Comparison comparison;
   ident::Comparison comparison_viscous;
+  std::optional<ident::BootstrapScatter> bootstrap;
   std::vector<ident::Doubt> doubts;
   std::vector<std::string> warnings;
 };
 
-MeasuredTransfer measure(const Study& study) {
-  std::vector<std::string> files = study.records;
-  files.push_back(study.file);
-  return blaming(files, [&] {
-    return measure_transfer(study.records, study.input, study.outputs, study.corrections, study.transfer);
-  });
+/// All references as one; how the first one was estimated stands for the others.
+MeasuredTransfer measure(const Study& study, std::vector<ident::TransferEstimate>& estimates) {
+  std::vector<ident::NamedReference> functions;
+  MeasuredTransfer all;
+  for (const StudyReference& reference : study.references) {
+    std::vector<std::string> files = reference.records;
+    files.push_back(study.file);
+    MeasuredTransfer one = blaming(files, [&] {
+      return measure_transfer(reference.records, reference.input, study.outputs,
+                              corrections_of(study, reference), study.transfer);
+    });
+    functions.push_back({reference.name, reference.records.front(), one.function});
+    if (functions.size() == 1) all.estimate = one.estimate;
+    estimates.push_back(std::move(one.estimate));
+    for (auto& warning : one.warnings)
+      all.warnings.push_back(study.references.size() > 1 ? "reference " + reference.name + ": " + warning
+                                                         : std::move(warning));
+  }
+  all.function = ident::combine_references(functions);
+  return all;
 }
 
 fem::Scene scene_of(const Study& study) {
   fem::Scene scene = read_scene(study.scene);
   blaming({study.file}, [&] { fem::select_outputs(scene, study.outputs); });
+  for (const StudyReference& reference : study.references) {
+    if (!scene.drive || !reference.direction) continue;
+    if (&reference == &study.references.front()) scene.drive->direction = *reference.direction;
+    scene.drive->references[reference.name] = *reference.direction;
+  }
   blaming({study.scene}, [&] { fem::linear_path(scene); });
   return scene;
 }
@@ -64,15 +87,17 @@ ident::Provenance provenance_of(const Study& study, double band_lo_hz, double ba
 /// Both predictions on the measured lines, with what is to be told of them.
 void predict_both(Identification& found) {
   const ident::TransferFunction& measured = found.transfer.function;
-  const fem::Scene& scene = found.fit.scene;
   const auto tell = [&](const std::string& warning) {
     const bool told = std::count(found.warnings.begin(), found.warnings.end(), warning) > 0;
     if (!told) found.warnings.push_back(warning);
   };
   for (const auto damping : {fem::Damping::structural, fem::Damping::viscous}) {
-    for (const auto& warning : prediction_warnings(scene, damping, measured.frequency_hz)) tell(warning);
+    for (const auto& warning : prediction_warnings(found.fit.scene, damping, measured.frequency_hz))
+      tell(warning);
   }
   const ident::FrfKind form = measured.outputs.front().kind;
+  fem::Scene scene = found.fit.scene;
+  fem::select_outputs(scene, ident::output_names(measured));
   const ident::IdentifiedParameters* identified = &found.fit.identified;
   found.predicted =
       predict(scene, fem::Damping::structural, measured.frequency_hz, form, &found.mesh_error, identified);
@@ -87,12 +112,12 @@ void predict_both(Identification& found) {
   }
 }
 
-Identification identify(const Study& study) {
+Identification identify(const Study& study, long replicates) {
   const fem::Scene scene = scene_of(study);
   Identification found;
 
   progress("reading the records and estimating the transfer function");
-  found.transfer = measure(study);
+  found.transfer = measure(study, found.estimates);
   found.warnings = found.transfer.warnings;
   const ident::TransferFunction& measured = found.transfer.function;
 
@@ -115,6 +140,11 @@ Identification identify(const Study& study) {
   }
 
   for (std::string& line : inseparable_lines(found.fit.identified)) found.warnings.push_back(std::move(line));
+  if (replicates > 0) {
+    progress(fmt::format("bootstrap, {} replicates", replicates));
+    found.bootstrap =
+        blaming({study.file}, [&] { return bootstrap(study, found.estimates, found.modes, replicates); });
+  }
 
   progress("predicting and comparing");
   blaming({study.scene}, [&] { predict_both(found); });
@@ -128,6 +158,8 @@ Identification identify(const Study& study) {
                                               found.fit.identified, found.fit.doubts)) {
     found.doubts.push_back(std::move(doubt));
   }
+  if (found.bootstrap)
+    if (const auto doubt = scatter_doubt(*found.bootstrap)) found.doubts.push_back(*doubt);
   for (const auto& name : found.comparison.not_compared) {
     found.warnings.push_back(name + ": not compared, the prediction does not have it");
   }
@@ -141,6 +173,12 @@ std::vector<std::pair<std::string, std::string>> settings_of(const Study& study,
       {"input", study.input},
       {"form", ident::to_string(found.transfer.function.outputs.front().kind)}};
   for (auto& shown : transfer_settings_shown(found.transfer)) settings.push_back(std::move(shown));
+  if (study.references.size() > 1) {
+    std::vector<std::string> names;
+    for (const auto& reference : study.references) names.push_back(reference.name);
+    settings.emplace_back("references", fmt::format("{}", fmt::join(names, ", ")));
+  }
+  if (found.bootstrap) settings.emplace_back("error bars", bootstrap_line(*found.bootstrap));
   settings.emplace_back("mode method", ident::to_string(study.modes.method));
   settings.emplace_back("elements", std::to_string(found.fit.elements));
   settings.emplace_back("mesh error of the prediction", fmt::format("{:.1e}", found.mesh_error));
@@ -182,6 +220,7 @@ void write(const Study& study, const std::string& folder, const Identification& 
     ident::write_transfer_function(found.predicted, staging + "/predicted.csv");
     ident::write_transfer_function(found.predicted_viscous, staging + "/predicted_viscous.csv");
     ident::write_comparison(found.comparison, staging + "/comparison.csv");
+    if (found.bootstrap) ident::write_bootstrap(found.modes, *found.bootstrap, staging + "/bootstrap.csv");
     ident::write_atomically(staging + "/report.html", report);
   });
 }
@@ -190,7 +229,7 @@ void write(const Study& study, const std::string& folder, const Identification& 
 void refuse_overwriting_inputs(const Study& study, const std::string& folder) {
   std::vector<std::pair<std::string, std::string>> written;
   for (const char* name : {"trfam.csv", "modes.csv", "identified.toml", "predicted.csv",
-                           "predicted_viscous.csv", "comparison.csv", "report.html"}) {
+                           "predicted_viscous.csv", "comparison.csv", "bootstrap.csv", "report.html"}) {
     written.emplace_back("-o", folder + "/" + name);
   }
   std::vector<std::string> read = study.records;
@@ -214,6 +253,7 @@ void print_summary(const std::string& folder, const Identification& found) {
   const auto shown = [](double value, int digits) {
     return std::isfinite(value) ? fmt::format("{:.{}f}", value, digits) : "-";
   };
+  if (found.bootstrap) print(bootstrap_line(*found.bootstrap));
   Table table{{"output", "FRAC structural", "error [dB]", "FRAC viscous", "error [dB]"}, {}};
   for (std::size_t k = 0; k < found.comparison.outputs.size(); ++k) {
     const auto& structural = found.comparison.outputs[k];
@@ -232,6 +272,7 @@ void add_identify(CLI::App& app) {
   struct Options {
     std::string study;
     std::string folder;
+    long replicates = 0;
   };
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
@@ -246,6 +287,12 @@ void add_identify(CLI::App& app) {
           "report.html; made when missing")
       ->required()
       ->type_name("DIRECTORY");
+  command
+      ->add_option("--bootstrap", options->replicates,
+                   "checks the error bars by so many replicates of the records, at least 10 (100 tell a "
+                   "factor of 1.5): bootstrap.csv")
+      ->check(CLI::Range(10L, 10000L).description(""))
+      ->type_name("N");
   command->footer(
       "Example:\n"
       "  struna identify sample_data/curved_wire/study.toml -o out\n\n"
@@ -254,7 +301,7 @@ void add_identify(CLI::App& app) {
     check_folder(options->folder);
     const Study study = read_study(options->study);
     refuse_overwriting_inputs(study, options->folder);
-    const Identification found = identify(study);
+    const Identification found = identify(study, options->replicates);
     for (const auto& doubt : found.doubts) warn(ident::sentence(doubt));
     for (const auto& warning : found.warnings) warn(warning);
     write(study, options->folder, found);

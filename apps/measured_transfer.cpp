@@ -108,6 +108,12 @@ void warn_of_few_lines(const ident::TransferEstimate& estimate, const ident::Tra
 
 }  // namespace
 
+ident::TransferFunction in_band_and_form(ident::TransferFunction function, const TransferSettings& settings) {
+  if (settings.band) function = ident::restrict_band(function, settings.band->lo_hz, settings.band->hi_hz);
+  if (settings.form) function = ident::convert(function, *settings.form);
+  return function;
+}
+
 MeasuredTransfer measure_transfer(const std::vector<std::string>& records, const std::string& input,
                                   const std::vector<std::string>& outputs,
                                   const std::map<std::string, ident::ChannelCorrection>& corrections,
@@ -116,12 +122,9 @@ MeasuredTransfer measure_transfer(const std::vector<std::string>& records, const
   MeasuredTransfer measured;
   measured.estimate = ident::estimate_transfer(
       records, input, outputs, {settings.method, settings.estimator, settings.welch}, corrections);
-  measured.function = std::move(measured.estimate.function);
   measured.warnings = measured.estimate.warnings;
-  if (settings.band) warn_of_cut_band(*settings.band, measured.function, measured.warnings);
-  if (settings.band)
-    measured.function = ident::restrict_band(measured.function, settings.band->lo_hz, settings.band->hi_hz);
-  if (settings.form) measured.function = ident::convert(measured.function, *settings.form);
+  if (settings.band) warn_of_cut_band(*settings.band, measured.estimate.function, measured.warnings);
+  measured.function = in_band_and_form(measured.estimate.function, settings);
   warn_of_few_averages(measured.estimate, measured.warnings);
   warn_of_low_coherence(measured, measured.warnings);
   warn_of_few_lines(measured.estimate, measured.function, measured.warnings);

@@ -1,19 +1,23 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <filesystem>
 #include <memory>
 
 #include "apps/commands.hpp"
 #include "apps/console.hpp"
+#include "apps/repeated_records.hpp"
 #include "ident/mode_file.hpp"
 #include "ident/mode_identification.hpp"
+#include "ident/references.hpp"
 #include "ident/transfer_function_file.hpp"
 
 namespace struna::apps {
 namespace {
 
 struct ModesArguments {
-  std::string from;
+  std::vector<std::string> from;
+  std::vector<std::string> references;
   std::string to;
   std::string method = "auto";
   std::string damping = "structural";
@@ -84,14 +88,31 @@ std::string no_mode_found(const std::string& file, const ident::TransferFunction
       file);
 }
 
+/// One function of all files, each a reference.
+ident::TransferFunction read_references(const ModesArguments& arguments, std::vector<std::string>& warnings) {
+  const auto& names = arguments.references;
+  if (!names.empty() && names.size() != arguments.from.size())
+    throw UsageError(fmt::format("--references: a name for each of the {} files, got {}",
+                                 arguments.from.size(), names.size()));
+  refuse_repeated_records(arguments.from);
+  std::vector<ident::NamedReference> references;
+  for (std::size_t k = 0; k < arguments.from.size(); ++k) {
+    const std::string& file = arguments.from[k];
+    const std::string name = names.empty() ? std::filesystem::path(file).stem().string() : names[k];
+    references.push_back({name, file, ident::read_transfer_function(file, &warnings)});
+  }
+  return ident::combine_references(references);
+}
+
 void run_modes(const ModesArguments& arguments) {
   const ident::ModeOptions options = options_of(arguments);
   std::vector<std::string> warnings;
-  const ident::TransferFunction tf = ident::read_transfer_function(arguments.from, &warnings);
+  const ident::TransferFunction tf = read_references(arguments, warnings);
   for (const std::string& warning : warnings) warn(warning);
+  const std::string& file = arguments.from.front();
   progress(fmt::format("modes of {} outputs, {} lines", tf.outputs.size(), tf.lines()));
-  const ident::ModeSet set = blaming({arguments.from}, [&] { return ident::identify_modes(tf, options); });
-  if (set.modes.empty()) warn(no_mode_found(arguments.from, tf, options));
+  const ident::ModeSet set = blaming(arguments.from, [&] { return ident::identify_modes(tf, options); });
+  if (set.modes.empty()) warn(no_mode_found(file, tf, options));
   ident::write_modes(set, arguments.to);
   print(modes_table(set));
   if (set.rejected.empty()) return;
@@ -108,12 +129,21 @@ void add_modes(CLI::App& app) {
   const auto arguments = std::make_shared<ModesArguments>();
   CLI::App* const modes =
       app.add_subcommand("modes", "natural and half-power frequencies, loss factors, modal constants");
-  modes->add_option("TRFAM.csv", arguments->from, "transfer function, as `struna frf` writes it")
+  modes
+      ->add_option("TRFAM.csv", arguments->from,
+                   "transfer functions, as `struna frf` writes them; several are references of one "
+                   "structure, shaken along one direction after the other")
       ->type_name("")
       ->required();
   modes->add_option("-o", arguments->to, "modes to write")
       ->type_name(written_file + std::string(".csv"))
       ->required();
+  modes
+      ->add_option("--references", arguments->references,
+                   "a name for each of several files, best its direction; default: the files' names")
+      ->delimiter(',')
+      ->type_name("NAME,NAME,...")
+      ->allow_extra_args(false);
   modes->add_option("--band", arguments->band, "lines to use [Hz]; default: all above 0 Hz")
       ->type_name("LO:HI");
   modes
@@ -135,7 +165,8 @@ void add_modes(CLI::App& app) {
       "Examples:\n"
       "  struna modes trfam.csv -o modes.csv\n"
       "  struna modes trfam.csv -o modes.csv --band 10:900 --method circle\n"
-      "  struna modes trfam.csv -o modes.csv --add 616.4");
+      "  struna modes trfam.csv -o modes.csv --add 616.4\n"
+      "  struna modes y.csv z.csv -o modes.csv");
   modes->callback([arguments] { run_modes(*arguments); });
 }
 

@@ -72,20 +72,6 @@ Place read_place(TomlTable& table, const fem::Scene& scene) {
   throw table.error("needs support = \"BODY.start\" or point = \"BODY@FRACTION\"");
 }
 
-/// "x", "y", "z" or a vector; a unit vector.
-Eigen::Vector3d parse_direction(const TomlTable& table, const std::string& key, const toml::node& node) {
-  if (const auto word = node.value<std::string>()) {
-    const std::string axes = "xyz";
-    if (word->size() == 1 && axes.find(*word) != std::string::npos) {
-      return Eigen::Vector3d::Unit(static_cast<int>(axes.find(*word)));
-    }
-    throw table.error(key, node, "must be \"x\", \"y\", \"z\" or a vector, got '" + *word + "'");
-  }
-  const Eigen::Vector3d vector = table.vector3(key, node);
-  if (vector.norm() == 0.0) throw table.error(key, node, "must not be the zero vector");
-  return vector.normalized();
-}
-
 /// "x", "y", "z" for the axes, else the place in the list, from 1.
 std::string direction_name(const Eigen::Vector3d& direction, std::size_t index) {
   for (int axis = 0; axis < 3; ++axis) {
@@ -100,7 +86,13 @@ std::string direction_name(const Eigen::Vector3d& direction, std::size_t index) 
 fem::SceneDrive read_drive(TomlTable table, const fem::Scene& scene) {
   fem::SceneDrive drive;
   drive.at = read_place(table, scene);
-  drive.direction = parse_direction(table, "direction", table.required("direction"));
+  drive.direction = table.direction("direction", table.required("direction"));
+  if (table.has("references")) {
+    TomlTable references = table.table("references");
+    for (const std::string& name : references.keys())
+      drive.references[name] = references.direction(name, references.required(name));
+    references.finish();
+  }
   if (table.has("also")) {
     if (std::holds_alternative<fem::BodyPoint>(drive.at)) {
       throw table.error("also", "names supports that move along: it goes with support, not with point");
@@ -136,7 +128,7 @@ fem::SceneMeasurement read_measurement(TomlTable table, const fem::Scene& scene)
     throw table.error("directions", "must be an array of \"x\", \"y\", \"z\" or vectors, with at least one");
   }
   for (const auto& entry : *directions) {
-    const Eigen::Vector3d direction = parse_direction(table, "directions", entry);
+    const Eigen::Vector3d direction = table.direction("directions", entry);
     const std::string name = quantity + "_" + direction_name(direction, measurement.names.size());
     if (std::count(measurement.names.begin(), measurement.names.end(), name) > 0) {
       throw table.error("directions", entry, "gives the output " + name + " a second time");

@@ -133,7 +133,9 @@ ident::ChannelCorrection read_correction(TomlTable table) {
 std::map<std::string, ident::ChannelCorrection> read_corrections(TomlTable table, const Study& study) {
   std::map<std::string, ident::ChannelCorrection> corrections;
   for (const auto& name : table.keys()) {
-    if (name != study.input && std::count(study.outputs.begin(), study.outputs.end(), name) == 0) {
+    const bool input = std::any_of(study.references.begin(), study.references.end(),
+                                   [&](const auto& reference) { return reference.input == name; });
+    if (!input && std::count(study.outputs.begin(), study.outputs.end(), name) == 0) {
       throw table.error(name, "corrects a column that is neither the input nor an output");
     }
     corrections[name] = read_correction(table.table(name));
@@ -141,11 +143,39 @@ std::map<std::string, ident::ChannelCorrection> read_corrections(TomlTable table
   return corrections;
 }
 
+StudyReference read_reference(TomlTable table, const std::string& input) {
+  StudyReference reference;
+  reference.records = table.paths("records");
+  if (reference.records.empty()) throw table.error("records", "must name at least one file");
+  reference.input = table.text("input", input);
+  if (reference.input.empty()) throw table.error("needs an input, here or for the whole study");
+  const toml::node& direction = table.required("direction");
+  reference.direction = table.direction("direction", direction);
+  reference.name = table.text("name", direction.value_or(std::string()));
+  if (reference.name.empty())
+    throw table.error("name", "is needed where the direction is a vector, such as name = \"diagonal\"");
+  table.finish();
+  return reference;
+}
+
+std::vector<StudyReference> read_references(TomlTable& root) {
+  if (!root.has("reference")) return {{"", std::nullopt, root.text("input"), root.paths("records")}};
+  if (root.has("records"))
+    throw root.error("records", "contradicts [[reference]]: each reference has its own records");
+  std::vector<StudyReference> references;
+  const std::string input = root.text("input", "");
+  for (TomlTable& table : root.tables("reference")) references.push_back(read_reference(table, input));
+  return references;
+}
+
 void check_channels(const TomlTable& root, const Study& study) {
-  if (study.records.empty()) throw root.error("records", "must name at least one file");
   if (study.outputs.empty()) throw root.error("outputs", "must name at least one column");
+  for (const StudyReference& reference : study.references) {
+    if (reference.records.empty()) throw root.error("records", "must name at least one file");
+    if (std::count(study.outputs.begin(), study.outputs.end(), reference.input) > 0)
+      throw root.error("outputs", "must not hold the input '" + reference.input + "'");
+  }
   for (const auto& output : study.outputs) {
-    if (output == study.input) throw root.error("outputs", "must not hold the input '" + output + "'");
     if (std::count(study.outputs.begin(), study.outputs.end(), output) > 1) {
       throw root.error("outputs", "names '" + output + "' a second time");
     }
@@ -160,8 +190,11 @@ Study read_study(const std::string& file) {
   Study study;
   study.file = file;
   study.scene = root.path("scene");
-  study.records = root.paths("records");
-  study.input = root.text("input");
+  study.references = read_references(root);
+  for (const auto& reference : study.references)
+    study.records.insert(study.records.end(), reference.records.begin(), reference.records.end());
+  if (study.references.empty()) throw root.error("reference", "must hold at least one table");
+  study.input = study.references.front().input;
   study.outputs = root.texts("outputs");
   check_channels(root, study);
   if (root.has("channel")) study.corrections = read_corrections(root.table("channel"), study);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <Eigen/Core>
 #include <map>
 #include <optional>
 #include <string>
@@ -21,12 +22,21 @@ struct TransferSettings {
   std::optional<Band> band;            ///< none: every line above 0 Hz
 };
 
+/// [[reference]]: a run with the shaker along another direction, or the study's only one.
+struct StudyReference {
+  std::string name;                          ///< "y"
+  std::optional<Eigen::Vector3d> direction;  ///< unit; none: the scene's
+  std::string input;
+  std::vector<std::string> records;
+};
+
 /// Everything a study file says; paths already resolved against its folder.
 struct Study {
   std::string file;
   std::string scene;
-  std::vector<std::string> records;
-  std::string input;
+  std::vector<StudyReference> references;  ///< one without name where the study has no [[reference]]
+  std::vector<std::string> records;        ///< of all references
+  std::string input;                       ///< of the first reference
   std::vector<std::string> outputs;
   std::map<std::string, ident::ChannelCorrection> corrections;
   TransferSettings transfer;

@@ -276,6 +276,19 @@ std::size_t TomlTable::index_of_word(const std::string& key, const std::vector<s
   return static_cast<std::size_t>(found - words.begin());
 }
 
+Eigen::Vector3d TomlTable::direction(const std::string& key, const toml::node& node) const {
+  if (const auto word = node.value<std::string>()) {
+    const std::string axes = "xyz";
+    if (word->size() == 1 && axes.find(*word) != std::string::npos) {
+      return Eigen::Vector3d::Unit(static_cast<int>(axes.find(*word)));
+    }
+    throw error(key, node, "must be \"x\", \"y\", \"z\" or a vector, got '" + *word + "'");
+  }
+  const Eigen::Vector3d vector = vector3(key, node);
+  if (vector.norm() == 0.0) throw error(key, node, "must not be the zero vector");
+  return vector.normalized();
+}
+
 std::vector<std::string> TomlTable::keys() const {
   std::vector<std::string> result;
   for (const auto& [key, value] : *table_) result.emplace_back(key.str());

@@ -61,6 +61,9 @@ class TomlTable {
   /// Three numbers out of a node that belongs to `key`.
   Eigen::Vector3d vector3(const std::string& key, const toml::node& node) const;
 
+  /// A unit vector out of "x", "y", "z" or a vector, a node that belongs to `key`.
+  Eigen::Vector3d direction(const std::string& key, const toml::node& node) const;
+
   /// The keys that the table has, in no particular order.
   std::vector<std::string> keys() const;
   /// " (is that what 'diametr' stands for?)" where a key that nobody asked for is near the missing one, else

@@ -67,6 +67,9 @@ std::string file_name(const std::string& path) {
 
 void add_study_tasks(const std::string& file, std::vector<Task>& tasks) {
   const Study study = read_study(file);
+  if (study.references.size() > 1)
+    throw Error(file, 0,
+                "has several references, of which the charts could measure one: name its records alone");
   tasks.push_back({"transfer", [file, study](const TradeoffRun& run) {
                      return blaming(study.records, [&] {
                        return Charts{

@@ -241,13 +241,45 @@ Eigen::MatrixXcd solve_lines(const Problem& problem, const Model& model, const V
 
 Eigen::MatrixXcd solve(const Model& model, const Drive& drive, const Measurement& measurement,
                        const VectorXd& frequency_hz, Damping damping) {
-  const Problem problem(model, drive, measurement);
-  // A line alone would leave three of four lanes idle.
-  return frequency_hz.size() == 1 ? solve_lines<1>(problem, model, frequency_hz, damping)
-                                  : solve_lines<4>(problem, model, frequency_hz, damping);
+  Eigen::MatrixXcd response(frequency_hz.size(), static_cast<long>(measurement.directions.size()));
+  for (const Reference& reference : references_of(drive, measurement)) {
+    const Problem problem(model, reference.drive, reference.measurement);
+    // A line alone would leave three of four lanes idle.
+    response(Eigen::all, reference.outputs) = frequency_hz.size() == 1
+                                                  ? solve_lines<1>(problem, model, frequency_hz, damping)
+                                                  : solve_lines<4>(problem, model, frequency_hz, damping);
+  }
+  return response;
 }
 
 }  // namespace
+
+std::vector<Reference> references_of(const Drive& drive, const Measurement& measurement) {
+  const auto& along = measurement.drive_directions;
+  if (along.empty()) {
+    Reference all{drive, measurement, {}};
+    for (std::size_t k = 0; k < measurement.directions.size(); ++k)
+      all.outputs.push_back(static_cast<long>(k));
+    return {all};
+  }
+  if (along.size() != measurement.directions.size())
+    throw Error(fmt::format("references_of: a drive direction for each of the {} outputs, got {}",
+                            measurement.directions.size(), along.size()));
+  std::vector<Reference> references;
+  std::vector<Vector3d> known;
+  for (std::size_t k = 0; k < along.size(); ++k) {
+    const auto at = std::find(known.begin(), known.end(), along[k]) - known.begin();
+    if (at == static_cast<long>(known.size())) {
+      known.push_back(along[k]);
+      references.push_back({drive, {measurement.what, {}}, {}});
+      std::visit([&](auto& driven) { driven.direction = along[k]; }, references.back().drive);
+    }
+    Reference& reference = references[static_cast<std::size_t>(at)];
+    reference.measurement.directions.push_back(measurement.directions[k]);
+    reference.outputs.push_back(static_cast<long>(k));
+  }
+  return references;
+}
 
 HarmonicResponse harmonic_response(const Model& model, const Drive& drive, const Measurement& measurement,
                                    const VectorXd& frequency_hz, const HarmonicOptions& options) {
@@ -270,6 +302,13 @@ HarmonicResponse harmonic_response(const Model& model, const Drive& drive, const
 
 Eigen::MatrixXd modal_constants(const Model& model, const Eigenmodes& modes, const Drive& drive,
                                 const Measurement& measurement, const FrequencyLaw& youngs_modulus) {
+  if (!measurement.drive_directions.empty()) {
+    Eigen::MatrixXd all(modes.eigenvalue.size(), static_cast<long>(measurement.directions.size()));
+    for (const Reference& reference : references_of(drive, measurement))
+      all(Eigen::all, reference.outputs) =
+          modal_constants(model, modes, reference.drive, reference.measurement, youngs_modulus);
+    return all;
+  }
   const Functional in = functional(model, drive);
   const std::vector<Functional> outputs = functionals(model, measurement);
   // A mode's weight in a drive or an output: its displacement, or its participation in a support's motion,

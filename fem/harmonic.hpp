@@ -32,7 +32,21 @@ struct PointDisplacement {
 struct Measurement {
   std::variant<SupportForce, PointDisplacement> what;
   std::vector<Eigen::Vector3d> directions;  ///< unit vectors, one output each
+  /// The direction of the drive under which each output is read, where several references are taken one after
+  /// the other; empty: the drive's own for all.
+  std::vector<Eigen::Vector3d> drive_directions = {};
 };
+
+/// The outputs that are read under one direction of the drive.
+struct Reference {
+  Drive drive;
+  Measurement measurement;    ///< drive_directions empty
+  std::vector<long> outputs;  ///< their places in the measurement asked of
+};
+
+/// A measurement by references, in order of first appearance. Throws Error unless there are as many drive
+/// directions as directions, or none.
+std::vector<Reference> references_of(const Drive& drive, const Measurement& measurement);
 
 /// Output over drive, per line and output: force/motion [N/m], displacement/force [m/N], displacement/motion
 /// or force/force [-].

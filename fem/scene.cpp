@@ -35,15 +35,28 @@ std::optional<Drive> drive_of(const SceneDrive& drive, const std::string& body) 
 
 Measurement measurement_of(const SceneMeasurement& measurement) {
   if (const auto* support = std::get_if<Support>(&measurement.at)) {
-    return {SupportForce{support->end}, measurement.directions};
+    return {SupportForce{support->end}, measurement.directions, measurement.drive_directions};
   }
-  return {PointDisplacement{std::get<BodyPoint>(measurement.at).fraction}, measurement.directions};
+  return {PointDisplacement{std::get<BodyPoint>(measurement.at).fraction}, measurement.directions,
+          measurement.drive_directions};
 }
 
 std::string listed(const std::vector<std::string>& words) {
   std::string text;
   for (const auto& word : words) text += (text.empty() ? "" : ", ") + word;
   return text.empty() ? "none" : text;
+}
+
+/// The drive's direction of a reference, unit.
+Eigen::Vector3d reference_direction(const SceneDrive& drive, const std::string& name) {
+  if (const auto given = drive.references.find(name); given != drive.references.end()) return given->second;
+  if (name == "x") return Eigen::Vector3d::UnitX();
+  if (name == "y") return Eigen::Vector3d::UnitY();
+  if (name == "z") return Eigen::Vector3d::UnitZ();
+  std::vector<std::string> known = {"x", "y", "z"};
+  for (const auto& [other, direction] : drive.references) known.push_back(other);
+  throw Error("the direction of reference '" + name + "' is not known; known: " + listed(known) +
+              "; [drive.references] in the scene tells further ones");
 }
 
 }  // namespace
@@ -80,9 +93,12 @@ void select_outputs(Scene& scene, const std::vector<std::string>& names) {
   SceneMeasurement selected = *scene.measurement;
   selected.names.clear();
   selected.directions.clear();
+  selected.drive_directions.clear();
   const auto& known = scene.measurement->names;
+  bool referenced = false;
   for (const auto& name : names) {
-    const auto found = std::find(known.begin(), known.end(), name);
+    const auto mark = name.rfind(reference_mark);
+    const auto found = std::find(known.begin(), known.end(), name.substr(0, mark));
     if (found == known.end()) {
       throw Error("output '" + name +
                   "' is not one that the scene's [measure] reads; it reads: " + listed(known));
@@ -90,7 +106,15 @@ void select_outputs(Scene& scene, const std::vector<std::string>& names) {
     selected.names.push_back(name);
     selected.directions.push_back(
         scene.measurement->directions[static_cast<std::size_t>(found - known.begin())]);
+    if (mark != std::string::npos && !scene.drive)
+      throw Error("output '" + name + "' is read under a reference: the scene needs a [drive]");
+    referenced = referenced || mark != std::string::npos;
+    if (scene.drive)
+      selected.drive_directions.push_back(mark == std::string::npos
+                                              ? scene.drive->direction
+                                              : reference_direction(*scene.drive, name.substr(mark + 1)));
   }
+  if (!referenced) selected.drive_directions.clear();
   scene.measurement = std::move(selected);
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <map>
 #include <optional>
 #include <string>
 #include <variant>
@@ -28,13 +29,19 @@ struct SceneDrive {
   std::variant<Support, BodyPoint> at;  ///< a support's motion, or a force at a point
   Eigen::Vector3d direction = Eigen::Vector3d::UnitY();
   std::vector<Support> also;  ///< further supports that move with it
+  /// Unit vectors by name, of references taken one after the other; x, y and z need no entry.
+  std::map<std::string, Eigen::Vector3d> references = {};
 };
+
+/// What parts an output's name from that of the reference under which it was read: "force_y@z".
+inline constexpr char reference_mark = '@';
 
 struct SceneMeasurement {
   std::variant<Support, BodyPoint> at;                     ///< force at a support, or motion at a point
   MotionQuantity quantity = MotionQuantity::displacement;  ///< of a point
   std::vector<std::string> names;  ///< of the outputs: "force_x", …, or "displacement_x", …
   std::vector<Eigen::Vector3d> directions;
+  std::vector<Eigen::Vector3d> drive_directions = {};  ///< see Measurement; from select_outputs
 };
 
 enum class ContactLaw { approach, no_adhesion, hunt_crossley, hard_stop };
@@ -101,7 +108,9 @@ LinearPath linear_path(const Scene& scene);
 bool is_on_linear_path(const Scene& scene, const std::string& body);
 
 /// Keeps of the scene's measured outputs those named, in this order (that of a measured transfer function).
-/// Throws Error that tells the outputs there are when one is not among them.
+/// NAME@REFERENCE stands for an output read while the drive acts along that reference's direction, one of
+/// drive.references or x, y, z. Throws Error that tells the outputs there are when one is not among them, or
+/// the references.
 void select_outputs(Scene& scene, const std::vector<std::string>& names);
 
 }  // namespace struna::fem

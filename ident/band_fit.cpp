@@ -130,19 +130,9 @@ class GroupRefiner {
                                           0.5 * bandwidth_hz(pole_of(mode));
     });
   }
-  // Where noise does not explain the residual, a constant variance for the model's own error joins that of
-  // the noise, as large as the residual asks for. Else the lines of least noise, far from resonance, would
-  // rule the fit with what the model lacks there.
   void weigh_model_error() {
     for (int pass = 0; pass < most_weighings && fit_.lack() > lack_of_fit; ++pass) {
-      for (std::size_t k = 0; k < window_.outputs.size(); ++k) {
-        Eigen::VectorXd& sigma = window_.outputs[k].sigma;
-        const Eigen::VectorXd noise = noise_.outputs[k].sigma.cwiseAbs2();
-        const auto residual = fit_.result().residual.col(static_cast<long>(k));
-        const double excess =
-            0.5 * residual.cwiseAbs2().cwiseProduct(sigma.cwiseAbs2()).mean() - noise.mean();
-        sigma = (noise.array() + std::max(0.0, excess)).sqrt();
-      }
+      ident::weigh_model_error(noise_, fit_.result().residual, window_);
       refit();
     }
   }

@@ -220,6 +220,8 @@ std::string to_string(DoubtKind kind) {
       return "law_misfit";
     case DoubtKind::low_frac:
       return "low_frac";
+    case DoubtKind::scatter_differs:
+      return "scatter_differs";
     case DoubtKind::viscous_closer:
       return "viscous_closer";
   }
@@ -266,6 +268,13 @@ std::string sentence(const Doubt& doubt) {
           "alone would leave {:.2f}: see the comparison of the transfer functions, and check what the other "
           "warnings name, geometry and ends",
           fmt::join(doubt.names, ", "), doubt.value, doubt.other);
+    case DoubtKind::scatter_differs:
+      return fmt::format(
+          "{} of {} modes scatter otherwise over the bootstrap than their standard errors say (ratio {:.2f} "
+          "of "
+          "all frequencies, {:.2f} of all loss factors): the noise is not steady, follows the input, or the "
+          "structure changed during the records; trust the larger of the two",
+          doubt.count, doubt.of, doubt.value, doubt.other);
     case DoubtKind::viscous_closer:
       return fmt::format(
           "the damping looks viscous: the viscous prediction is {:.3g} dB off, the structural one {:.3g} dB: "

@@ -198,4 +198,16 @@ std::optional<long> GroupFit::worst(long targets) const {
   return found;
 }
 
+void weigh_model_error(const TransferFunction& noise, const Eigen::MatrixXcd& residual,
+                       TransferFunction& window) {
+  for (std::size_t k = 0; k < window.outputs.size(); ++k) {
+    Eigen::VectorXd& sigma = window.outputs[k].sigma;
+    const Eigen::VectorXd variance = noise.outputs[k].sigma.cwiseAbs2();
+    const double excess =
+        0.5 * residual.col(static_cast<long>(k)).cwiseAbs2().cwiseProduct(sigma.cwiseAbs2()).mean() -
+        variance.mean();
+    sigma = (variance.array() + std::max(0.0, excess)).sqrt();
+  }
+}
+
 }  // namespace struna::ident

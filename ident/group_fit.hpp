@@ -66,4 +66,10 @@ class GroupFit {
   PoleFit fit_;
 };
 
+/// Adds to the noise of each column a constant variance for the model's own error, as large as the residual
+/// (over the present sigma of `window`) asks for; `noise`: the window with the noise's own sigma. Else the
+/// lines of least noise, far from resonance, would rule the fit with what the model lacks there.
+void weigh_model_error(const TransferFunction& noise, const Eigen::MatrixXcd& residual,
+                       TransferFunction& window);
+
 }  // namespace struna::ident

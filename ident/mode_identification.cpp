@@ -15,6 +15,8 @@
 #include "ident/half_power.hpp"
 #include "ident/mode_flags.hpp"
 #include "ident/noise_floor.hpp"
+#include "ident/reference_modes.hpp"
+#include "ident/references.hpp"
 #include "ident/resonance_search.hpp"
 
 namespace struna::ident {
@@ -277,6 +279,10 @@ void multi_mode_fits(const Context& context, const std::vector<Pole>& poles, Mod
   BandFit fit = fit_band(context.tf, start, options);
   set.modes = std::move(fit.modes);
   set.rejected = std::move(fit.rejected);
+  const References references = references_of(output_names(context.tf));
+  if (references.several())
+    set.modes = refine_with_references(context.tf, references, set.modes,
+                                       {context.options.damping, context.sigma_known});
   if (context.options.method == ModeMethod::automatic) attach_circles(context, set.modes);
 }
 

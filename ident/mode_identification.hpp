@@ -22,7 +22,8 @@ struct ModeOptions {
 
 /// Resonances over all outputs together, the window of each, and the method's fit. automatic: circles start
 /// and illustrate, the multi-mode fit refines, poles are added while the residual demands one (and dropped
-/// when nothing supports them). Flags say what cannot be trusted; candidates that are no mode go to
+/// when nothing supports them); several references (references.hpp) part what one cannot
+/// (refine_with_references). Flags say what cannot be trusted; candidates that are no mode go to
 /// `rejected`.
 ModeSet identify_modes(const TransferFunction& tf, const ModeOptions& options = {});
 

@@ -55,7 +55,7 @@ std::optional<std::string> distrust_modulus(double relative_sigma) {
 }
 
 std::optional<std::string> distrust_loss_factor(const Pair& pair, const Mode& mode, double spread,
-                                                double neighbour) {
+                                                double neighbour, bool several_references) {
   if (!(mode.loss_factor > 0.0) || !std::isfinite(mode.loss_factor)) {
     return fmt::format("loss factor: must be positive, got {}", mode.loss_factor);
   }
@@ -71,7 +71,7 @@ std::optional<std::string> distrust_loss_factor(const Pair& pair, const Mode& mo
   }
   if (mode.has(ModeFlag::close_modes)) {
     if (!is_refined(mode)) return "loss factor: close_modes: the circle is not this mode's own";
-    if (neighbour < separate_enough) {
+    if (neighbour < separate_enough && !several_references) {
       return fmt::format("loss factor: close_modes: a neighbour {:.2f} bandwidths away", neighbour);
     }
   }

@@ -19,7 +19,7 @@ std::optional<std::string> distrust_modulus(double relative_sigma);
 /// Why its loss factor is not; `spread` of a group behind its pole and the `neighbour`'s distance in
 /// bandwidths.
 std::optional<std::string> distrust_loss_factor(const Pair& pair, const Mode& mode, double spread,
-                                                double neighbour);
+                                                double neighbour, bool several_references);
 
 /// Relative standard errors, with a model's `floor` added in square; of modes without their own, 0.5 % of E
 /// and 5 % of eta.

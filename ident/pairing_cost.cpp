@@ -10,6 +10,7 @@
 
 #include "fem/error.hpp"
 #include "ident/assignment.hpp"
+#include "ident/references.hpp"
 
 namespace struna::ident {
 namespace {
@@ -31,6 +32,7 @@ constexpr double reach = 6.0;  // tolerances beyond which nothing is paired
 // Nearly double modes, in half-power bandwidths: closer ones no measurement parts; up to the other, one pole
 // may stand for both.
 constexpr double inseparable = 0.05;
+constexpr double inseparable_by_references = 0.001;  // constants of rank one part all but equal ones
 constexpr double confusable = 0.3;
 constexpr double usual_loss_factor = 0.02;  // where the modes tell none
 
@@ -130,14 +132,14 @@ PairingCost::PairingCost(const ModeSet& measured, const ModelModes& model, const
   // eta = (pi/2) d ln E/d ln f of a purely viscoelastic material; clamps and friction add to eta, so half of
   // it at a guess.
   expected_slope_ = loss_factor / std::numbers::pi;
-  make_units(model, loss_factor);
+  const bool several = references_of(measured.outputs).several();
+  make_units(model, (several ? inseparable_by_references : inseparable) * loss_factor, loss_factor);
   make_explanations(model);
 }
 
-void PairingCost::make_units(const ModelModes& model, double loss_factor) {
+void PairingCost::make_units(const ModelModes& model, double least_step, double loss_factor) {
   for (int r = 0; r < model.eigenvalue.size(); ++r) {
-    const bool joined =
-        r > 0 && 0.5 * std::log(model.eigenvalue[r] / model.eigenvalue[r - 1]) < inseparable * loss_factor;
+    const bool joined = r > 0 && 0.5 * std::log(model.eigenvalue[r] / model.eigenvalue[r - 1]) < least_step;
     if (joined) {
       units_.back().model.push_back(r);
     } else {

@@ -72,7 +72,7 @@ class PairingCost {
   double pair_cost(const Candidate& measured, const Explanation& explanation, const Law& law,
                    double tolerance) const;
   void settle_shared_groups(const std::vector<int>& unit_of, Assignment& assignment) const;
-  void make_units(const ModelModes& model, double loss_factor);
+  void make_units(const ModelModes& model, double least_step, double loss_factor);
   void make_explanations(const ModelModes& model);
   bool in_band(double ln_f) const { return ln_f >= band_lo_ && ln_f <= band_hi_; }
 

@@ -14,6 +14,7 @@
 #include "ident/elastic_modes.hpp"
 #include "ident/joint_fit.hpp"
 #include "ident/mode_trust.hpp"
+#include "ident/references.hpp"
 
 namespace struna::ident {
 namespace {
@@ -95,6 +96,7 @@ void sort_by_trust(const Selection& selection, const Pairing& pairing, const Fit
     const double f = selection.set.modes[static_cast<std::size_t>(unpaired.measured)].natural_frequency_hz;
     rejected.push_back({f, unpaired.reason, LeftOutOf::both});
   }
+  const bool several = references_of(selection.set.outputs).several();  // which part the closest
   for (const Pair& pair : pairing.pairs) {
     const auto i = static_cast<std::size_t>(pair.measured);
     const Mode& mode = selection.set.modes[i];
@@ -111,7 +113,7 @@ void sort_by_trust(const Selection& selection, const Pairing& pairing, const Fit
     }
     const double spread = mode.loss_factor > 0.0 ? pair.spread / mode.loss_factor : 0.0;
     if (const auto reason =
-            distrust_loss_factor(pair, mode, spread, neighbour_distance(selection.set.modes, i))) {
+            distrust_loss_factor(pair, mode, spread, neighbour_distance(selection.set.modes, i), several)) {
       rejected.push_back({f, *reason, LeftOutOf::loss_factor});
     } else {
       loss_factor.add(f, mode.loss_factor,

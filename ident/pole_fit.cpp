@@ -4,7 +4,6 @@
 
 #include <Eigen/Cholesky>
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -12,6 +11,7 @@
 
 #include "fem/error.hpp"
 #include "ident/line_blocks.hpp"
+#include "ident/separable_minimum.hpp"
 
 namespace struna::ident {
 namespace {
@@ -19,20 +19,7 @@ namespace {
 using Complex = std::complex<double>;
 constexpr double two_pi = 2.0 * std::numbers::pi;
 constexpr int least_iterations = 3;  // on all lines
-constexpr double smallest_loss_factor = 1e-7, largest_loss_factor = 1.5;
-
-long residual_count(ResidualTerms terms) {
-  return terms == ResidualTerms::constant ? 1 : terms == ResidualTerms::linear ? 2 : 3;
-}
-
-// d p_r / d(ln f, ln eta) in the sense that d g = g^2 * slope: structural -d lambda(1 + i eta), viscous d p.
-std::array<Complex, 2> pole_slopes(const Pole& pole, fem::Damping damping) {
-  const double omega = two_pi * pole.natural_frequency_hz, eta = pole.loss_factor;
-  if (damping == fem::Damping::structural)
-    return {-2.0 * omega * omega * Complex(1.0, eta), -omega * omega * Complex(0.0, eta)};
-  const double zeta = 0.5 * eta;
-  return {viscous_root(pole), -zeta * omega * Complex(1.0, zeta / std::sqrt(1.0 - zeta * zeta))};
-}
+constexpr double largest_loss_factor = 1.5;
 
 // Everything at one set of poles. Columns are real: the real parts of all lines, then the imaginary parts.
 struct State {
@@ -80,7 +67,10 @@ class Problem {
     state.poles = poles;
     state.columns.resize(2 * lines_, linear_ + 2 * poles_);
     state.columns.middleCols(2 * poles_, linear_ - 2 * poles_) = residual_columns_;
-    for (long r = 0; r < poles_; ++r) fill_pole_columns(poles[static_cast<std::size_t>(r)], r, state.columns);
+    const bool mirror = options_.damping == fem::Damping::viscous && options_.conjugate_term;
+    for (long r = 0; r < poles_; ++r)
+      fill_pole_columns(poles[static_cast<std::size_t>(r)], omega_, options_.damping, mirror, 2 * r,
+                        linear_ + 2 * r, state.columns);
     solve_linear(state);
     return state;
   }
@@ -103,6 +93,14 @@ class Problem {
     return result;
   }
 
+  State moved(const State& state, const Eigen::VectorXd& delta) const {
+    return evaluate(ident::moved(state.poles, delta));
+  }
+  // Largest move of any pole, in bandwidths and parts of its damping.
+  double size_of(const Eigen::VectorXd& delta, const State& state) const {
+    return ident::size_of(delta, state.poles);
+  }
+
   PoleFit finish(const State& state, bool converged) const;
 
  private:
@@ -120,42 +118,29 @@ class Problem {
     for (long k = 0; k < outputs_; ++k) weight_factor_(k) = std::pow(weight_(0, k) / weight_(0, 0), 2.0);
   }
 
-  // Span of {1, w, w^2}/w (w = omega^2, for a mobility omega), as Legendre polynomials over the band: well
-  // conditioned.
   void fill_residual_columns(FrfKind kind) {
-    const long count = residual_count(options_.residual);
-    Eigen::ArrayXd w = omega_.array();
-    if (kind != FrfKind::mobility) w = w.square().eval();
-    const double middle = 0.5 * (w(0) + w(lines_ - 1)), half = 0.5 * (w(lines_ - 1) - w(0));
-    const Eigen::ArrayXd t = (w - middle) / half;
-    const Eigen::ArrayXd inverse =
-        options_.residual == ResidualTerms::band ? Eigen::ArrayXd(middle / w) : Eigen::ArrayXd::Ones(lines_);
-    const std::array<Eigen::ArrayXd, 3> term = {inverse, inverse * t, inverse * (1.5 * t.square() - 0.5)};
-    residual_columns_ = Eigen::MatrixXd::Zero(2 * lines_, 2 * count);
-    for (long j = 0; j < count; ++j) {
-      residual_columns_.col(2 * j).head(lines_) = term[static_cast<std::size_t>(j)];
-      residual_columns_.col(2 * j + 1).tail(lines_) = term[static_cast<std::size_t>(j)];
+    const Eigen::MatrixXd shapes = residual_shapes(omega_, kind, options_.residual);
+    residual_columns_ = Eigen::MatrixXd::Zero(2 * lines_, 2 * shapes.cols());
+    for (long j = 0; j < shapes.cols(); ++j) {
+      residual_columns_.col(2 * j).head(lines_) = shapes.col(j);
+      residual_columns_.col(2 * j + 1).tail(lines_) = shapes.col(j);
     }
   }
 
-  // Columns of Re C and Im C, and the same with g^2 in place of g, which serve every derivative.
-  void fill_pole_columns(const Pole& pole, long r, Eigen::MatrixXd& columns) const {
-    const double scale = pole_scale(pole, options_.damping);
-    const bool mirror = options_.damping == fem::Damping::viscous && options_.conjugate_term;
-    for (long i = 0; i < lines_; ++i) {
-      const Complex g = scale * pole_function(pole, omega_(i), options_.damping);
-      const Complex m = mirror ? std::conj(scale * pole_function(pole, -omega_(i), options_.damping)) : 0.0;
-      put(columns, i, 2 * r, g, m);
-      put(columns, i, linear_ + 2 * r, g * g, m * m);
+  // Covariance of the gradient when outputs share their noise: sum over pairs of outputs of Re(rho_kl J_k^H
+  // J_l), J the projected derivatives; without shared noise the Hessian.
+  Eigen::MatrixXd score_covariance(const State& state, const Eigen::MatrixXcd& shared) const {
+    std::vector<Eigen::MatrixXcd> derivative;
+    for (long k = 0; k < outputs_; ++k) {
+      const auto& gram = state.gram[weight_group(k)];
+      const Eigen::MatrixXd cross = gram.topRightCorner(linear_, 2 * poles_);
+      const Eigen::MatrixXd own = weight_.col(k).asDiagonal() *
+                                  (state.columns.rightCols(2 * poles_) -
+                                   state.columns.leftCols(linear_) * solve(factorise(gram), cross)) *
+                                  chain_rule(state, k);
+      derivative.push_back(own.topRows(lines_) + Complex(0.0, 1.0) * own.bottomRows(lines_));
     }
-  }
-
-  // a (g + m) + b i (g - m): the share of C = a + i b and its mirror image.
-  void put(Eigen::MatrixXd& columns, long i, long first, const Complex& g, const Complex& m) const {
-    columns(i, first) = g.real() + m.real();
-    columns(lines_ + i, first) = g.imag() + m.imag();
-    columns(i, first + 1) = -g.imag() + m.imag();
-    columns(lines_ + i, first + 1) = g.real() - m.real();
+    return score_covariance_of(derivative, shared);
   }
 
   void solve_linear(State& state) const {
@@ -215,17 +200,15 @@ class Problem {
     for (long r = 0; r < poles_; ++r) {
       const Pole& pole = state.poles[static_cast<std::size_t>(r)];
       const Complex constant(state.coefficient(2 * r, k), state.coefficient(2 * r + 1, k));
-      const auto slopes = pole_slopes(pole, options_.damping);
+      const auto slopes = scaled_slopes(pole, options_.damping);
       for (long t = 0; t < 2; ++t) {
-        const Complex d = constant * slopes[static_cast<std::size_t>(t)] / pole_scale(pole, options_.damping);
+        const Complex d = constant * slopes[static_cast<std::size_t>(t)];
         chain(2 * r, 2 * r + t) = d.real();
         chain(2 * r + 1, 2 * r + t) = d.imag();
       }
     }
     return chain;
   }
-
-  double line_correlation(const Eigen::MatrixXcd& residual) const;
 
   PoleFitOptions options_;
   long lines_, outputs_, poles_, linear_;
@@ -234,20 +217,6 @@ class Problem {
   Eigen::VectorXd weight_factor_;
   bool shared_ = false;
 };
-
-// Up to three lines apart, as far as a Hann window reaches; what is within the autocorrelation's own scatter
-// counts as none.
-double Problem::line_correlation(const Eigen::MatrixXcd& residual) const {
-  const double power = residual.squaredNorm();
-  double sum = 1.0;
-  for (long lag = 1; lag <= 3 && lag < lines_; ++lag) {
-    const Complex product =
-        residual.topRows(lines_ - lag).conjugate().cwiseProduct(residual.bottomRows(lines_ - lag)).sum();
-    const double correlation = power > 0.0 ? product.real() / power : 0.0;
-    if (correlation > 2.0 / std::sqrt(2.0 * static_cast<double>(lines_ * outputs_))) sum += 2.0 * correlation;
-  }
-  return sum;
-}
 
 PoleFit Problem::finish(const State& state, bool converged) const {
   PoleFit fit;
@@ -271,7 +240,9 @@ PoleFit Problem::finish(const State& state, bool converged) const {
   const Eigen::VectorXd scale = hessian.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   hessian = scale.asDiagonal() * hessian * scale.asDiagonal();
   const Eigen::MatrixXd inverse = hessian.ldlt().solve(Eigen::MatrixXd::Identity(2 * poles_, 2 * poles_));
-  const Eigen::MatrixXd covariance = scale.asDiagonal() * inverse * scale.asDiagonal();
+  Eigen::MatrixXd covariance = scale.asDiagonal() * inverse * scale.asDiagonal();
+  const Eigen::MatrixXcd shared = shared_noise(fit.residual, fit.line_correlation);
+  if (!shared.isIdentity(0.0)) covariance = covariance * score_covariance(state, shared) * covariance;
   Eigen::VectorXd chain(2 * poles_);
   for (long r = 0; r < poles_; ++r) {
     const Pole& pole = state.poles[static_cast<std::size_t>(r)];
@@ -299,32 +270,6 @@ PoleFit Problem::finish(const State& state, bool converged) const {
   return fit;
 }
 
-// Poles moved by `delta` (ln f, ln eta), the whole step shortened so that none goes farther than a bandwidth
-// or changes its damping by more than a factor e.
-std::vector<Pole> moved(const std::vector<Pole>& poles, const Eigen::VectorXd& delta) {
-  double share = 1.0;
-  for (std::size_t r = 0; r < poles.size(); ++r) {
-    const double f_step = std::abs(delta(2 * r)), eta_step = std::abs(delta(2 * r + 1));
-    share =
-        std::min({share, poles[r].loss_factor / std::max(f_step, 1e-300), 1.0 / std::max(eta_step, 1e-300)});
-  }
-  std::vector<Pole> result = poles;
-  for (std::size_t r = 0; r < poles.size(); ++r) {
-    result[r].natural_frequency_hz *= std::exp(share * delta(2 * r));
-    result[r].loss_factor = std::clamp(poles[r].loss_factor * std::exp(share * delta(2 * r + 1)),
-                                       smallest_loss_factor, largest_loss_factor);
-  }
-  return result;
-}
-
-// Largest move of any pole, in bandwidths and parts of its damping.
-double size_of(const Eigen::VectorXd& delta, const std::vector<Pole>& poles) {
-  double size = 0.0;
-  for (std::size_t r = 0; r < poles.size(); ++r)
-    size = std::max({size, std::abs(delta(2 * r)) / poles[r].loss_factor, std::abs(delta(2 * r + 1))});
-  return size;
-}
-
 void check(const TransferFunction& tf, const std::vector<Pole>& start) {
   if (tf.lines() < 2 || tf.outputs.empty())
     throw Error(fmt::format("fit_poles: at least 2 lines and an output, got {} and {}", tf.lines(),
@@ -339,45 +284,6 @@ void check(const TransferFunction& tf, const std::vector<Pole>& start) {
     if (output.sigma.size() != tf.lines() || output.value.size() != tf.lines())
       throw Error(fmt::format("fit_poles: value and sigma of output \"{}\" on all {} lines, got {} and {}",
                               output.name, tf.lines(), output.value.size(), output.sigma.size()));
-}
-
-struct Outcome {
-  bool converged = false;
-  int iterations = 0;
-};
-
-// Levenberg-Marquardt from `state` until less than `tolerance` standard errors is to be gained. Where the
-// residual is large (the model lacks something), the true curvature is c times that of Gauss and Newton
-// and their steps overshoot to and fro, by c - 1 each. The decrease of such a step is 2 - c of the promised
-// one: half of what that lacks as damping brings either kind of direction home at a like rate.
-Outcome minimise(const Problem& problem, int max_iterations, double tolerance, State& state) {
-  constexpr double least_damping = 1e-4, damping_after_failure = 0.03;
-  double damping = least_damping;
-  for (int iteration = 0; iteration < max_iterations; ++iteration) {
-    const Step step = problem.step(state);
-    bool accepted = false;
-    while (!accepted && damping < 1e12) {
-      Eigen::MatrixXd lhs = step.hessian;
-      lhs.diagonal() *= 1.0 + damping;
-      const Eigen::VectorXd delta = lhs.ldlt().solve(step.gradient);
-      const double promise = delta.dot(step.gradient);
-      const double per_dof = state.chi_square / static_cast<double>(problem.degrees_of_freedom());
-      if (size_of(delta, state.poles) < 1e-12 || promise < tolerance * tolerance * per_dof)
-        return {true, iteration};
-      State trial = problem.evaluate(moved(state.poles, delta));
-      if (trial.chi_square < state.chi_square) {
-        const double kept = std::clamp((state.chi_square - trial.chi_square) / promise, 0.0, 1.0);
-        damping = std::max({least_damping, 0.1 * damping, 0.5 * (1.0 - kept)});
-        state = std::move(trial);
-        accepted = true;
-      } else {
-        if (promise < 1e-12 * state.chi_square) return {true, iteration};  // the decrease drowns in rounding
-        damping = std::max(damping_after_failure, 10.0 * damping);
-      }
-    }
-    if (!accepted) return {false, iteration};
-  }
-  return {false, max_iterations};
 }
 
 // Where many lines are worth few blocks, what fits these is the better start: poles, and iterations spent.

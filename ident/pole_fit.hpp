@@ -4,17 +4,11 @@
 #include <vector>
 
 #include "ident/mode.hpp"
+#include "ident/pole_columns.hpp"
 #include "ident/resonance.hpp"
 #include "ident/transfer_function.hpp"
 
 namespace struna::ident {
-
-/// What stands for everything outside the poles fitted; complex coefficients per output.
-enum class ResidualTerms {
-  constant,  ///< 1
-  linear,    ///< 1, omega^2
-  band       ///< 1/omega^2, 1, omega^2 (mobility: 1/omega, 1, omega): modes below, feedthrough, modes above
-};
 
 struct PoleFitOptions {
   fem::Damping damping = fem::Damping::structural;

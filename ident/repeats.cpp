@@ -114,6 +114,18 @@ Repeats open_repeats(const Record& record, const std::string& input,
   return repeats;
 }
 
+Repeats open_repeats(const std::vector<Record>& records, const std::string& input,
+                     const std::vector<std::string>& outputs) {
+  if (records.empty()) throw Error("open_repeats: at least one record, got none");
+  Repeats all;
+  for (const Record& record : records) {
+    Repeats one = open_repeats(record, input, outputs);
+    if (all.records.empty()) all.channels = std::move(one.channels);
+    all.records.push_back(std::move(one.records.front()));
+  }
+  return all;
+}
+
 void check_sampled_alike(const std::vector<Repeat>& records) {
   for (const Repeat& record : records)
     if (std::abs(record.sample_interval / records[0].sample_interval - 1.0) > 1e-3)

@@ -43,6 +43,10 @@ Repeats open_repeats(const std::vector<std::string>& files, const std::string& i
 /// The same for a record in memory, which must outlive the result and hold finite values.
 Repeats open_repeats(const Record& record, const std::string& input, const std::vector<std::string>& outputs);
 
+/// The same for several records in memory, which must outlive the result.
+Repeats open_repeats(const std::vector<Record>& records, const std::string& input,
+                     const std::vector<std::string>& outputs);
+
 /// What a user should look at in the records that have been read to their end: channels that stand at a
 /// limit, and an input that is a hammer's although no `impact` is told.
 std::vector<std::string> record_warnings(const Repeats& repeats, bool impact);

@@ -10,7 +10,7 @@
 #include "ident/excitation.hpp"
 #include "ident/fft.hpp"
 #include "ident/hit.hpp"
-#include "ident/repeats.hpp"
+#include "ident/repeat_spectra.hpp"
 
 namespace struna::ident {
 namespace {
@@ -288,11 +288,14 @@ Spectra welch_spectra(const std::vector<std::string>& files, const std::string& 
   return spectra;
 }
 
+Spectra welch_spectra(const Repeats& repeats, const WelchOptions& options) {
+  check(options);
+  return estimate(repeats.records, repeats.channels, options);
+}
+
 Spectra welch_spectra(const Record& record, const std::string& input, const std::vector<std::string>& outputs,
                       const WelchOptions& options) {
-  check(options);
-  const Repeats repeats = open_repeats(record, input, outputs);
-  return estimate(repeats.records, repeats.channels, options);
+  return welch_spectra(open_repeats(record, input, outputs), options);
 }
 
 }  // namespace struna::ident

@@ -14,6 +14,7 @@
 #include "ident/fft.hpp"
 #include "ident/local_model.hpp"
 #include "ident/periodic.hpp"
+#include "ident/repeat_spectra.hpp"
 
 namespace struna::ident {
 namespace {
@@ -391,6 +392,12 @@ TransferEstimate estimate_transfer(const Record& record, const std::string& inpu
   const Repeats repeats = open_repeats(record, input, outputs);
   return Estimation(repeats, options, [&] { return welch_spectra(record, input, outputs, options.welch); })
       .run();
+}
+
+TransferEstimate estimate_transfer(const std::vector<Record>& records, const std::string& input,
+                                   const std::vector<std::string>& outputs, const EstimateOptions& options) {
+  const Repeats repeats = open_repeats(records, input, outputs);
+  return Estimation(repeats, options, [&] { return welch_spectra(repeats, options.welch); }).run();
 }
 
 }  // namespace struna::ident

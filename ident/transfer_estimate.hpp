@@ -73,6 +73,9 @@ TransferEstimate estimate_transfer(const std::vector<std::string>& files, const 
 TransferEstimate estimate_transfer(const Record& record, const std::string& input,
                                    const std::vector<std::string>& outputs, const EstimateOptions& options);
 
+TransferEstimate estimate_transfer(const std::vector<Record>& records, const std::string& input,
+                                   const std::vector<std::string>& outputs, const EstimateOptions& options);
+
 inline constexpr long most_values = 1L << 26;  ///< 512 MiB
 
 }  // namespace struna::ident

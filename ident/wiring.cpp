@@ -157,6 +157,7 @@ std::optional<Remedy> find_remedy(const ModeSet& measured, const fem::Model& mod
   for (const Eigen::Vector3d& axis :
        {Eigen::Vector3d(Eigen::Vector3d::UnitX()), Eigen::Vector3d(Eigen::Vector3d::UnitY()),
         Eigen::Vector3d(Eigen::Vector3d::UnitZ())}) {
+    if (!measurement.drive_directions.empty()) break;  // each reference tells its own
     if (std::abs(axis.dot(direction_of(drive))) > other_direction) continue;
     const auto changed = driven_along(model, drive, measurement, axis, count);
     if (changed) try_out({Remedy::Change::driven_along, {}, axis, {}}, *changed);

@@ -158,5 +158,50 @@ TEST(StudyFile, RefusesWhatIsWrongWithFileAndLine) {
   for (const auto& [text, expected] : cases) EXPECT_THAT(fault_of(text), HasSubstr(expected)) << text;
 }
 
+TEST(StudyFile, ReferencesHaveTheirOwnRecordsAndDirections) {
+  const tests::Folder folder;
+  const Study study = read_study(folder.write("s.toml", R"(scene = "scene.toml"
+input = "displacement"
+outputs = ["force_x"]
+[[reference]]
+direction = "y"
+records = ["y.csv"]
+[[reference]]
+direction = [0, 3, 4]
+name = "oblique"
+input = "displacement_2"
+records = ["a.csv", "b.csv"]
+[channel.displacement_2]
+sign = -1
+)"));
+  ASSERT_EQ(study.references.size(), 2u);
+  EXPECT_EQ(study.references[0].name, "y");
+  EXPECT_EQ(study.references[0].input, "displacement");
+  EXPECT_EQ(*study.references[0].direction, Eigen::Vector3d::UnitY());
+  EXPECT_EQ(study.references[1].name, "oblique");
+  EXPECT_EQ(study.references[1].input, "displacement_2");
+  EXPECT_LT((*study.references[1].direction - Eigen::Vector3d(0, 0.6, 0.8)).norm(), 1e-12);
+  EXPECT_EQ(study.records.size(), 3u);
+  EXPECT_EQ(study.input, "displacement");
+  EXPECT_EQ(study.corrections.size(), 1u);
+}
+
+TEST(StudyFile, FaultyReferencesAreRefused) {
+  const std::string head = "scene = \"s\"\noutputs = [\"a\"]\ninput = \"b\"\n[[reference]]\n";
+  const std::vector<std::pair<std::string, std::string>> cases = {
+      {head + "records = [\"r\"]\n", "s.toml:4: reference.direction"},
+      {head + "direction = \"y\"\n", "s.toml:4: reference.records"},
+      {head + "direction = \"y\"\nrecords = []\n", "s.toml:6: reference.records must name at least one"},
+      {head + "direction = \"w\"\nrecords = [\"r\"]\n", "s.toml:5: reference.direction must be \"x\""},
+      {head + "direction = [0, 1, 1]\nrecords = [\"r\"]\n", "reference.name is needed where"},
+      {head + "direction = \"y\"\nrecords = [\"r\"]\nrecord = 1\n",
+       "s.toml:7: reference.record is not a known"},
+      {"records = [\"r\"]\n" + head + "direction = \"y\"\nrecords = [\"r\"]\n",
+       "s.toml:1: records contradicts [[reference]]"},
+      {head + "direction = \"y\"\nrecords = [\"r\"]\ninput = \"a\"\n", "outputs must not hold the input 'a'"},
+  };
+  for (const auto& [text, expected] : cases) EXPECT_THAT(fault_of(text), HasSubstr(expected)) << text;
+}
+
 }  // namespace
 }  // namespace struna::apps

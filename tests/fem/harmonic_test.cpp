@@ -370,5 +370,31 @@ TEST(Harmonic, RefusesWhatCannotBeDrivenOrMeasured) {
   EXPECT_NO_THROW(harmonic_response(cantilever, start, {SupportForce{End::start}, y_only}, f));
 }
 
+// Rows of several references are those of each drive by itself, and the modal constants are theirs too.
+TEST(Harmonic, ReferencesAreTheDrivesOneByOne) {
+  const Model model = assemble(testing::spline_wire(), 12);
+  const Vector3d y = Vector3d::UnitY(), z = Vector3d::UnitZ();
+  Measurement both = {SupportForce{End::end}, {y, z, z, y}};
+  both.drive_directions = {y, y, z, z};
+  const VectorXd f = lines({20.0, 55.0, 130.0});
+  const HarmonicResponse all =
+      harmonic_response(model, shake(End::start), both, f, {Damping::structural, true});
+  const Eigenmodes modes = solve_eigenmodes(model, 4);
+  const Eigen::MatrixXd constants =
+      modal_constants(model, modes, shake(End::start), both, constant_law(1e11));
+  for (const auto& [direction, first] : {std::pair(y, 0L), std::pair(z, 2L)}) {
+    const Measurement one = {SupportForce{End::end},
+                             {both.directions[static_cast<std::size_t>(first)],
+                              both.directions[static_cast<std::size_t>(first + 1)]}};
+    const Drive drive = shake(End::start, direction);
+    const HarmonicResponse alone = harmonic_response(model, drive, one, f, {Damping::structural, true});
+    EXPECT_EQ(alone.response, all.response.middleCols(first, 2));
+    EXPECT_EQ(alone.mesh_error, all.mesh_error.middleCols(first, 2));
+    EXPECT_EQ(modal_constants(model, modes, drive, one, constant_law(1e11)), constants.middleCols(first, 2));
+  }
+  both.drive_directions.pop_back();
+  EXPECT_THROW(harmonic_response(model, shake(End::start), both, f), Error);
+}
+
 }  // namespace
 }  // namespace struna::fem

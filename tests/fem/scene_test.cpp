@@ -112,5 +112,22 @@ TEST(Scene, SelectedOutputsComeInTheOrderAskedForWithTheirDirections) {
   EXPECT_THAT(message_of([&] { select_outputs(scene, {"force_y"}); }), HasSubstr("it reads: force_x"));
 }
 
+TEST(Scene, OutputsOfAReferenceAreReadWhileTheDriveActsAlongIt) {
+  Scene scene = wire_and_band();
+  scene.drive->direction = Eigen::Vector3d::UnitY();
+  scene.drive->references["oblique"] = Eigen::Vector3d(0, 0.6, 0.8);
+  const Scene before = scene;
+  select_outputs(scene, {"force_x", "force_y@z", "force_x@oblique"});
+  EXPECT_THAT(scene.measurement->names, ElementsAre("force_x", "force_y@z", "force_x@oblique"));
+  const auto& along = linear_path(scene).measurement.drive_directions;
+  EXPECT_THAT(along,
+              ElementsAre(Eigen::Vector3d(0, 1, 0), Eigen::Vector3d(0, 0, 1), Eigen::Vector3d(0, 0.6, 0.8)));
+  scene = before;
+  select_outputs(scene, {"force_x"});
+  EXPECT_TRUE(scene.measurement->drive_directions.empty());
+  EXPECT_THAT(message_of([&] { select_outputs(scene, {"force_x@2"}); }),
+              HasSubstr("the direction of reference '2' is not known; known: x, y, z, oblique"));
+}
+
 }  // namespace
 }  // namespace struna::fem

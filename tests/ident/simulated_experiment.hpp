@@ -4,9 +4,11 @@
 #include <numbers>
 #include <vector>
 
+#include "ident/fft.hpp"
 #include "ident/mode_identification.hpp"
 #include "ident/parameter_identification.hpp"
 #include "ident/prediction_band.hpp"
+#include "ident/transfer_estimate.hpp"
 #include "simulated_modes.hpp"
 #include "synthetic_wire.hpp"
 
@@ -67,9 +69,8 @@ struct Coverages {
   long lost_or_added = 0;  ///< runs whose modes are not the true ones, one for one
 };
 
-inline void add_run(const Experiment& e, unsigned seed, Coverages& coverage) {
-  TransferFunction tf = e.clean;
-  add_noise(tf, e.sigma, seed);
+/// What becomes of one measured function.
+inline void add_function(const Experiment& e, const TransferFunction& tf, Coverages& coverage) {
   const ModeSet set = identify_modes(tf);
   if (set.modes.size() != e.frequency_hz.size()) {
     ++coverage.lost_or_added;
@@ -108,6 +109,81 @@ inline void add_run(const Experiment& e, unsigned seed, Coverages& coverage) {
     for (long k = 0; k < truth.cols(); ++k)
       coverage.prediction.count(std::abs(predicted(i, k)) - std::abs(truth(i, k)),
                                 band.magnitude_sigma(i, k));
+}
+
+inline void add_run(const Experiment& e, unsigned seed, Coverages& coverage) {
+  TransferFunction tf = e.clean;
+  add_noise(tf, e.sigma, seed);
+  add_function(e, tf, coverage);
+}
+
+/// The same experiment through its records: random base motion, forces with noise of 3 % of their rms, of
+/// which a part may be shared by all outputs.
+struct RecordedExperiment {
+  Experiment experiment;
+  double duration = 60.0;      ///< [s]
+  double sample_rate = 480.0;  ///< [Hz]
+  double lo_hz = 12.0;         ///< excited
+  double hi_hz = 178.0;
+  Eigen::MatrixXcd response = {};  ///< lines of four times the duration from lo_hz on, by outputs
+};
+
+inline RecordedExperiment recorded_experiment(double duration) {
+  RecordedExperiment r{experiment()};
+  r.duration = duration;
+  const double spacing = 0.25 / duration;
+  const long first = std::lround(r.lo_hz / spacing), last = std::lround(r.hi_hz / spacing);
+  const Eigen::VectorXd f = spacing * Eigen::VectorXd::LinSpaced(last - first + 1, static_cast<double>(first),
+                                                                 static_cast<double>(last));
+  const synthetic::Wire& wire = r.experiment.wire;
+  r.response = fem::harmonic_response(wire.model, wire.drive, wire.measurement, f).response;
+  return r;
+}
+
+/// Exact: cut from the steady response to periodic noise of four times the length. `correlation` of the
+/// outputs' noise.
+inline Record record_of(const RecordedExperiment& r, double correlation, unsigned seed) {
+  const long samples = std::lround(r.duration * r.sample_rate), whole = 4 * samples;
+  const double spacing = 0.25 / r.duration;
+  const long first = std::lround(r.lo_hz / spacing);
+  std::mt19937_64 engine(seed);
+  std::normal_distribution<double> normal;
+  Eigen::VectorXcd motion = Eigen::VectorXcd::Zero(whole / 2 + 1);
+  for (long i = 0; i < r.response.rows(); ++i) {
+    const double omega = 2.0 * std::numbers::pi * spacing * static_cast<double>(first + i);
+    const double re = normal(engine), im = normal(engine);
+    motion(first + i) = 1e9 * std::complex<double>(re, im) / (omega * omega);  // white acceleration
+  }
+  Record record;
+  record.sample_interval = 1.0 / r.sample_rate;
+  record.channels = {{"displacement", Quantity::displacement}};
+  record.samples.resize(samples, 1 + r.response.cols());
+  record.samples.col(0) = inverse_transform(motion, whole).segment(samples, samples);
+  Eigen::VectorXd shared(samples);
+  for (double& value : shared) value = normal(engine);
+  for (long k = 0; k < r.response.cols(); ++k) {
+    Eigen::VectorXcd force = Eigen::VectorXcd::Zero(whole / 2 + 1);
+    force.segment(first, r.response.rows()) =
+        motion.segment(first, r.response.rows()).cwiseProduct(r.response.col(k));
+    auto column = record.samples.col(k + 1);
+    column = inverse_transform(force, whole).segment(samples, samples);
+    const double level = 0.03 * std::sqrt(column.squaredNorm() / static_cast<double>(samples));
+    for (long i = 0; i < samples; ++i)
+      column(i) +=
+          level * (std::sqrt(correlation) * shared(i) + std::sqrt(1.0 - correlation) * normal(engine));
+    record.channels.push_back(
+        {r.experiment.clean.outputs[static_cast<std::size_t>(k)].name, Quantity::force});
+  }
+  return record;
+}
+
+inline void add_recorded_run(const RecordedExperiment& r, double correlation, unsigned seed,
+                             Coverages& coverage) {
+  std::vector<std::string> outputs;
+  for (const auto& output : r.experiment.clean.outputs) outputs.push_back(output.name);
+  const TransferEstimate estimate =
+      estimate_transfer(record_of(r, correlation, seed), "displacement", outputs, {});
+  add_function(r.experiment, restrict_band(estimate.function, 15.0, 170.0), coverage);
 }
 
 }  // namespace struna::ident::simulated
