@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "apps/toml_table.hpp"
 
@@ -159,7 +160,10 @@ StudyReference read_reference(TomlTable table, const std::string& input) {
 }
 
 std::vector<StudyReference> read_references(TomlTable& root) {
-  if (!root.has("reference")) return {{"", std::nullopt, root.text("input"), root.paths("records")}};
+  if (!root.has("reference")) {
+    std::vector<std::string> records = root.paths("records");
+    return {{"", std::nullopt, root.text("input"), std::move(records)}};
+  }
   if (root.has("records"))
     throw root.error("records", "contradicts [[reference]]: each reference has its own records");
   std::vector<StudyReference> references;

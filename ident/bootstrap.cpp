@@ -71,8 +71,7 @@ BootstrapScatter bootstrap_scatter(const ModeSet& nominal, const std::vector<Mod
     scatter.loss_factor_ratio = scatter.loss_factor_sd / mode.loss_factor_sigma;
     const bool seldom = static_cast<double>(scatter.found) < least_found * n;
     for (const double ratio : {scatter.frequency_ratio, scatter.loss_factor_ratio})
-      scatter.doubtful = scatter.doubtful || seldom || ratio > 1.0 + allowed * result.ratio_sigma ||
-                         ratio < 1.0 / (1.0 + allowed * result.ratio_sigma);
+      scatter.doubtful = scatter.doubtful || seldom || ratio > 1.0 + allowed * result.ratio_sigma;
     if (!seldom && std::isfinite(scatter.frequency_ratio) && std::isfinite(scatter.loss_factor_ratio)) {
       frequency_squares += scatter.frequency_ratio * scatter.frequency_ratio;
       loss_squares += scatter.loss_factor_ratio * scatter.loss_factor_ratio;

@@ -14,7 +14,7 @@ struct ModeScatter {
   long found = 0;                ///< replicates that have the mode
   double frequency_ratio = 0.0;  ///< natural_frequency_sd over the stated sigma
   double loss_factor_ratio = 0.0;
-  bool doubtful = false;  ///< a ratio beyond what the number of replicates and blocks allows, or seldom found
+  bool doubtful = false;  ///< a ratio above what replicates and blocks allow, or seldom found
 };
 
 struct BootstrapScatter {
@@ -26,9 +26,10 @@ struct BootstrapScatter {
       0.0;  ///< standard error of one mode's ratio: sqrt(1/(2 (replicates - 1)) + 1/(2 blocks))
 };
 
-/// Scatter of each nominal mode over the replicates' nearest modes within half a bandwidth. A ratio is
-/// doubtful beyond 1 +- 3.5 ratio_sigma (upwards, with the square), and where less than nine replicates of
-/// ten have the mode. Throws Error for fewer than ten replicates.
+/// Scatter of each nominal mode over the replicates' nearest modes within half a bandwidth. Doubtful are
+/// ratios above 1 + 3.5 ratio_sigma, and modes that less than nine replicates of ten have; ratios below 1 are
+/// not, as stated errors hold what does not scatter too (the model's own error). Throws Error for fewer than
+/// ten replicates.
 BootstrapScatter bootstrap_scatter(const ModeSet& nominal, const std::vector<ModeSet>& replicates,
                                    long blocks);
 

@@ -270,10 +270,10 @@ std::string sentence(const Doubt& doubt) {
           fmt::join(doubt.names, ", "), doubt.value, doubt.other);
     case DoubtKind::scatter_differs:
       return fmt::format(
-          "{} of {} modes scatter otherwise over the bootstrap than their standard errors say (ratio {:.2f} "
+          "{} of {} modes scatter more over the bootstrap than their standard errors say (ratio {:.2f} "
           "of "
-          "all frequencies, {:.2f} of all loss factors): the noise is not steady, follows the input, or the "
-          "structure changed during the records; trust the larger of the two",
+          "all frequencies, {:.2f} of all loss factors): the noise is not steady, or the "
+          "structure or set-up changed during or between the records; trust the larger of the two",
           doubt.count, doubt.of, doubt.value, doubt.other);
     case DoubtKind::viscous_closer:
       return fmt::format(

@@ -21,9 +21,9 @@ enum class DoubtKind {
   level_offset,   ///< value: measured over model's strength; count: of how many modes
   law_misfit,  ///< names: "modulus" or "loss factor", the law; value: rms/sigma; other: rms scatter, relative
   low_frac,    ///< names: outputs; value: their lowest FRAC; other: FRAC that the noise would leave
-  scatter_differs,  ///< count of `of` modes scatter otherwise over the bootstrap than stated; value, other:
+  scatter_differs,  ///< count of `of` modes scatter more over the bootstrap than stated; value, other:
                     ///< pooled ratio of their frequencies and of their loss factors
-  viscous_closer  ///< value, other: mean level error of the structural and of the viscous model [dB]
+  viscous_closer    ///< value, other: mean level error of the structural and of the viscous model [dB]
 };
 std::string to_string(DoubtKind kind);  ///< "shapes_disagree", …
 

@@ -124,7 +124,7 @@ WildRecords::WildRecords(const std::vector<Record>& records, const std::string& 
       part.residual.col(to) = record.samples.col(out).array() - record.samples.col(out).mean();
       part.residual.col(to) -= part.made.samples.col(1 + to);
     }
-    if (impact)
+    if (impact || static_cast<long>(records.size()) >= fewest_blocks)
       part.block = length;
     else if (estimate.method == EstimateMethod::periodic)
       part.block = std::lround(1.0 / (estimate.resolution_hz * record.sample_interval));

@@ -9,8 +9,8 @@
 namespace struna::ident {
 
 struct WildOptions {
-  long blocks = 40;  ///< over all records, where these are not parted by themselves: hits are one block each,
-                     ///< periodic records have one per period
+  long blocks = 40;  ///< over all records, where these are not parted by themselves: five records or more,
+                     ///< and hits, are one block each, periodic records have one per period
 };
 
 /// Records that the same experiment could have given, as far as its own scatter tells: the wild bootstrap by

