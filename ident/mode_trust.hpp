@@ -17,7 +17,7 @@ std::optional<std::string> distrust_both(const Mode& mode);
 /// Why its modulus is not to be trusted, known with this relative standard error.
 std::optional<std::string> distrust_modulus(double relative_sigma);
 /// Why its loss factor is not; `spread` of a group behind its pole and the `neighbour`'s distance in
-/// bandwidths.
+/// bandwidths, which does not matter where `several_references` part the closest.
 std::optional<std::string> distrust_loss_factor(const Pair& pair, const Mode& mode, double spread,
                                                 double neighbour, bool several_references);
 
