@@ -147,7 +147,13 @@ fem::Contact read_contact(TomlTable& table, const fem::Scene& scene) {
   if (contact.inside == contact.outside) {
     throw table.error("outside", "must be another body than inside, got '" + contact.outside + "' for both");
   }
-  contact.gap = table.not_negative("gap");
+  for (const auto& other : scene.contacts) {
+    if (other.inside == contact.inside && other.outside == contact.outside) {
+      throw table.error("outside", "repeats the contact of '" + contact.inside + "' and '" + contact.outside +
+                                       "' above; give it once");
+    }
+  }
+  contact.gap = table.positive("gap");
   contact.stiffness = table.positive("stiffness");
   contact.damping = table.not_negative("damping", 0.0);
   contact.law = table.choice<fem::ContactLaw>("law",

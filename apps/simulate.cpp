@@ -165,8 +165,11 @@ Rows report_rows(const fem::SimulationReport& report) {
     add("solution", fmt::format("{} contact events", report.steps.events));
     add("deepest penetration [m]", fmt::format("{:.4g}", report.steps.largest_penetration));
   }
-  if (report.tolerance > 0.0)
-    add("tolerance asked", fmt::format("{:g} of the largest displacement", report.tolerance));
+  if (report.tolerance > 0.0) {
+    const bool checked = report.method == fem::IntegrationMethod::modal;
+    add("tolerance asked", fmt::format("{:g} of the largest displacement{}", report.tolerance,
+                                       checked ? "" : "; sets the step, is not checked"));
+  }
   if (report.estimated_error > 0.0) {
     add("error estimated", fmt::format("{:.2g}, against a refined run up to {:.4g} s", report.estimated_error,
                                        report.error_checked_until));
@@ -215,6 +218,15 @@ MeasuredBeside read_measured(const std::string& file, const fem::Scene& scene) {
 void compare_with(MeasuredBeside& measured, const ident::Record& simulated) {
   measured.comparison =
       blaming({measured.file}, [&] { return ident::compare_records(measured.record, simulated); });
+  // Resampled or rounded motions correlate better than this, different ones never do.
+  constexpr double same_motion = 0.99;
+  if (!(measured.comparison.motion_correlation > same_motion)) {
+    warn(
+        fmt::format("the motion in {} is not the one that drove the simulation (correlation {:.3f}): sample "
+                    "by sample the two "
+                    "have nothing to do with each other",
+                    measured.file, measured.comparison.motion_correlation));
+  }
   Table table{{"output", "correlation per second", "of all", "largest level difference [dB]"}, {}};
   for (const auto& signal : measured.comparison.signals) {
     table.rows.push_back(
@@ -285,6 +297,7 @@ fem::IntegrationMethod method_of(const std::string& word) {
 void run_simulate(const SimulateArguments& arguments) {
   fem::Scene scene = read_scene(arguments.scene);
   apply_parameters(scene, arguments.parameters);
+  for (const auto& body : scene.bodies) require_modulus(body, arguments.scene);
   if (!scene.simulation)
     throw Error(arguments.scene, 0, "a [simulation] with duration and excitation is needed");
   if (!arguments.method.empty())
@@ -303,8 +316,12 @@ void run_simulate(const SimulateArguments& arguments) {
     return fem::simulate(scene, motion, RunProgress(scene.simulation->duration));
   });
   for (const auto& warning : response.report.warnings) warn(warning);
-  if (response.motion.size() < 2)
-    throw Error("simulate: interrupted before anything was computed; no file written");
+  if (response.motion.size() < 2) {
+    throw Error(response.report.complete
+                    ? fmt::format("the duration {:g} s holds one sample at {:g} Hz; a record needs 2 or more",
+                                  scene.simulation->duration, scene.simulation->sample_rate)
+                    : "simulate: interrupted before anything was computed; no file written");
+  }
   const ident::Record record = record_of(scene, response);
   ident::write_record(record, arguments.to);
   if (!arguments.contacts_to.empty()) write_contacts(response, arguments.contacts_to);

@@ -185,7 +185,8 @@ json spectra_json(const SimulationReportContent& content) {
   const VectorXd frequency = spectra.frequency_hz.segment(1, shown - 1);
   const double lowest = std::max(content.transfer.band.lo_hz, 4.0 * frequency[0]);
   // Bands as they are compared: half octaves from 20 Hz up and down.
-  const double lo = 20.0 * std::exp2(0.5 * std::ceil(2.0 * std::log2(lowest / 20.0)));
+  double lo = 20.0 * std::exp2(0.5 * std::ceil(2.0 * std::log2(lowest / 20.0)));
+  while (lo * std::numbers::sqrt2 > content.highest_hz) lo /= std::numbers::sqrt2;  // a narrow band up there
   const VectorXd edge = ident::half_octave_edges(lo, content.highest_hz);
   const auto amplitude = [](const VectorXd& density) -> json {
     return density.size() == 0 ? json(nullptr) : numbers(density.cwiseSqrt(), 4);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <vector>
 
 #include "fem/modal_stepping.hpp"
@@ -13,7 +14,7 @@ struct AccuracyChoice {
   double estimated_error = 0.0;  ///< of a contact point's displacement, over the largest one
   double checked_from = 0.0;     ///< [s] the first touch
   double checked_until = 0.0;    ///< [s]
-  bool met = true;               ///< estimated_error is within the tolerance asked
+  bool interrupted = false;      ///< `progress` stopped the trials: nothing is chosen
 };
 
 /// The lowest frequency above which modes may be left to statics under a motion that ends at `highest_hz`
@@ -24,9 +25,14 @@ double static_mode_limit(double highest_hz, double tolerance);
 /// ms (less where `duration` [s] ends) beyond the first touch, where trajectories have not parted yet; then
 /// every mode at the tolerance asked, which is tightened by four until the error is below half of it; then
 /// fewer modes, from static_mode_limit() upwards by octaves: the first that keeps below half is taken. docs:
-/// modal_stepping.md. `options.tolerance` is what is asked; `settle`: trials start from the static rest.
+/// modal_stepping.md. Where nothing touches within the duration, nothing is tried: the tolerance stands and
+/// estimated_error is 0. Where no trial meets the tolerance, the loosest one that errs little more than the
+/// best is taken, and the estimated error tells. `options.tolerance` is what is asked; `settle`: trials start
+/// from the static rest; `progress` is called now and then with the time that a trial has reached [s], false
+/// stops.
 AccuracyChoice choose_accuracy(const std::vector<ModalBody>& bodies, const std::vector<ContactPoint>& points,
                                const PrescribedMotion& motion, double highest_hz, double duration,
-                               const ModalSteppingOptions& options, bool settle);
+                               const ModalSteppingOptions& options, bool settle,
+                               const std::function<bool(double)>& progress = {});
 
 }  // namespace struna::fem

@@ -76,7 +76,6 @@ double touch_time(const PenetrationPath& path, double horizon) {
     if (from == never || path.at(from) >= 0.0) return path.at(horizon) > 0.0 ? 0.0 : never;
   }
   if (path.at(horizon) > 0.0) return rising_zero(path, touch, from, horizon);
-  if (path.end_rate >= 0.0) return never;
   const double top = turning_point(path, -1.0);
   if (top == never || top <= from || path.at(top) <= 0.0) return never;
   return rising_zero(path, touch, from, top);

@@ -60,6 +60,7 @@ class NewmarkStepper::State {
         const NewmarkOptions& options);
 
   void set_state(int body, const Eigen::VectorXd& displacement, const Eigen::VectorXd& velocity);
+  std::vector<BandCholesky> follow_base();
   void settle();
   void advance(double time);
   int check_body(int body) const;
@@ -240,11 +241,10 @@ void NewmarkStepper::State::set_state(int body, const Eigen::VectorXd& displacem
   measure(now_, motion_at(time_));
 }
 
-void NewmarkStepper::State::settle() {
+/// Returns the factors of each body's stiffness.
+std::vector<BandCholesky> NewmarkStepper::State::follow_base() {
   const MotionSample motion = motion_at(time_);
   std::vector<BandCholesky> stiffness(bodies_.size());
-  RowMatrix flexibility = RowMatrix::Zero(2 * point_count(), 2 * point_count());
-  std::vector<Eigen::MatrixXd> response;
   for (std::size_t b = 0; b < bodies_.size(); ++b) {
     const NodalBody& body = bodies_[b];
     if (!stiffness[b].factorise(body.stiffness, 1.0, body.mass, 0.0)) {
@@ -255,11 +255,23 @@ void NewmarkStepper::State::settle() {
     now_[b].x = body.load.col(0) * motion.displacement;
     if (body.constant_load.size()) now_[b].x += body.constant_load;
     stiffness[b].solve(now_[b].x);
+  }
+  std::fill(force_.begin(), force_.end(), 0.0);
+  contact_.setZero();
+  measure(now_, motion);
+  accelerated_ = false;
+  return stiffness;
+}
+
+void NewmarkStepper::State::settle() {
+  const std::vector<BandCholesky> stiffness = follow_base();
+  RowMatrix flexibility = RowMatrix::Zero(2 * point_count(), 2 * point_count());
+  std::vector<Eigen::MatrixXd> response;
+  for (std::size_t b = 0; b < bodies_.size(); ++b) {
     response.push_back(rows_[b]);
     for (int j = 0; j < response[b].cols(); ++j) stiffness[b].solve(response[b].col(j));
     flexibility += rows_[b].transpose() * response[b];
   }
-  measure(now_, motion);
   std::vector<ClosedContact> contacts(point_count());
   for (int i = 0; i < point_count(); ++i) {
     contacts[i].point = i;
@@ -276,8 +288,7 @@ void NewmarkStepper::State::settle() {
     for (int d = 0; d < 2; ++d) contact_[2 * c.point + d] = -c.direction[d] * c.force;
   }
   for (std::size_t b = 0; b < bodies_.size(); ++b) now_[b].x += response[b] * contact_;
-  measure(now_, motion);
-  accelerated_ = false;
+  measure(now_, motion_at(time_));
 }
 
 /// x'' from the balance at the present time.
@@ -365,7 +376,9 @@ void NewmarkStepper::State::finish_step(const NewmarkTable& table) {
 void NewmarkStepper::State::accept(double end_time, bool contact) {
   const double length = end_time - time_;
   std::swap(now_, next_);
+  const Eigen::VectorXd before = penetration_;
   measure(now_, next_motion_);
+  for (int i = 0; i < point_count(); ++i) report_.events += (before[i] > 0.0) != (penetration_[i] > 0.0);
   time_ = end_time;
   (contact ? report_.contact_steps : report_.free_steps) += 1;
   report_.shortest_step = report_.shortest_step == 0.0 ? length : std::min(report_.shortest_step, length);
@@ -444,6 +457,9 @@ NewmarkStepper& NewmarkStepper::operator=(NewmarkStepper&&) noexcept = default;
 void NewmarkStepper::set_state(int body, const Eigen::VectorXd& displacement,
                                const Eigen::VectorXd& velocity) {
   state_->set_state(body, displacement, velocity);
+}
+void NewmarkStepper::follow_base() {
+  state_->follow_base();
 }
 void NewmarkStepper::settle() {
   state_->settle();

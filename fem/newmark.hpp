@@ -34,7 +34,10 @@ class NewmarkStepper {
   /// Displacement and velocity of one body at the present time; acceleration follows from balance at the next
   /// step.
   void set_state(int body, const Eigen::VectorXd& displacement, const Eigen::VectorXd& velocity);
-  /// Static equilibrium at u(t), contact included, moving with the base: x' = static shape times u'.
+  /// The static shape at u(t) under the constant loads, as if there were no contacts, moving with the base:
+  /// x' = static shape times u'. Throws Error where a body is not held.
+  void follow_base();
+  /// The same with the contacts: their static equilibrium at u(t).
   void settle();
 
   /// Steps to `time`: whole steps, the last one shortened where needed.

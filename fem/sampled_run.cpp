@@ -170,19 +170,24 @@ RunEnd run(Stepper& stepper, const SimulationPlan& plan, const MaxwellLaw& law, 
   Decimator decimator(sampling.filter ? sampling.oversampling : 1);
   std::vector<VectorXd> kept;
   RunEnd end = RunEnd::complete;
-  const long fine = sampling.samples * sampling.oversampling;
+  const long lasting = static_cast<long>(std::floor(motion.duration() / sampling.interval() + 1e-6)) + 1;
+  const long fine = std::min(sampling.samples * sampling.oversampling, lasting);
   double reach = 0.0;
   for (long i = 0; i < fine; ++i) {
-    const double t = static_cast<double>(i) * sampling.interval();
+    const double t = std::min(static_cast<double>(i) * sampling.interval(), motion.duration());
     if (i > 0) stepper.advance(t);
     const MotionSample u = motion.at(t);
-    const VectorXd y = reader.read(stepper, u, i > 0 ? sampling.interval() : 0.0, contact);
+    VectorXd y(1 + static_cast<long>(plan.rows.size()));
+    y << u.displacement, reader.read(stepper, u, i > 0 ? sampling.interval() : 0.0, contact);
     if (sampling.filter || i % sampling.oversampling == 0) decimator.push(y, kept);
     if (contact) {
       observer.contact(i, stepper);
     } else if (!plan.points.empty()) {
       reach = std::max(reach, watch.reach(stepper, u));
-      if (reach >= clear_reach) return RunEnd::gap_closed;
+      if (reach >= clear_reach) {
+        end = RunEnd::gap_closed;
+        break;
+      }
     }
     observer.shapes(i, stepper, u);
     if (progress && i % 64 == 0 && !progress(t)) {
@@ -196,8 +201,10 @@ RunEnd run(Stepper& stepper, const SimulationPlan& plan, const MaxwellLaw& law, 
   response.motion.resize(count);
   response.output.resize(count, static_cast<long>(plan.rows.size()));
   for (long n = 0; n < count; ++n) {
-    response.motion[n] = motion.at(static_cast<double>(n) / sampling.rate).displacement;
-    response.output.row(n) = kept[static_cast<std::size_t>(n)].transpose();
+    const VectorXd& y = kept[static_cast<std::size_t>(n)];
+    response.motion[n] =
+        sampling.filter_motion ? y[0] : motion.at(static_cast<double>(n) / sampling.rate).displacement;
+    response.output.row(n) = y.tail(y.size() - 1).transpose();
   }
   if (contact) response.contacts = observer.maps();
   response.report.largest_offset = reach;

@@ -29,10 +29,11 @@ class Stepper {
 
 /// How a run is sampled.
 struct Sampling {
-  double rate = 0.0;     ///< of the record [Hz]
-  int oversampling = 1;  ///< states per record sample
-  bool filter = false;   ///< anti-alias before keeping every oversampling-th; otherwise just keep
-  long samples = 0;      ///< of the record
+  double rate = 0.0;           ///< of the record [Hz]
+  int oversampling = 1;        ///< states per record sample
+  bool filter = false;         ///< anti-alias before keeping every oversampling-th; otherwise just keep
+  bool filter_motion = false;  ///< the motion too: it holds more than half the record's rate can
+  long samples = 0;            ///< of the record
   double interval() const { return 1.0 / (rate * oversampling); }
 };
 
@@ -44,7 +45,7 @@ enum class RunEnd { complete, interrupted, gap_closed };
 
 /// Steps through a run and samples it into `response`: motion, output, contact maps, report. Without
 /// `contact` the stepper knows no gaps; they are watched here, and the run ends as soon as one comes within 3
-/// % of closing.
+/// % of closing. The last fine samples are left out where the motion ends before them.
 RunEnd run(Stepper& stepper, const SimulationPlan& plan, const MaxwellLaw& law, const MotionHistory& motion,
            const Sampling& sampling, bool contact, const SimulationProgress& progress,
            TimeResponse& response);

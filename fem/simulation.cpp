@@ -60,11 +60,12 @@ class ModalRun final : public Stepper {
 
 class NewmarkRun final : public Stepper {
  public:
+  /// Starts from the static shape moving with the base; `settled`: in equilibrium with the contacts.
   NewmarkRun(std::vector<NodalBody> bodies, std::vector<ContactPoint> points, const MotionHistory& motion,
-             const NewmarkOptions& options)
+             const NewmarkOptions& options, bool settled)
       : stepper_(
             std::move(bodies), std::move(points), [motion](double t) { return motion.at(t); }, options) {
-    stepper_.settle();  // the static shape moving with the base
+    settled ? stepper_.settle() : stepper_.follow_base();
   }
   void advance(double time) override { stepper_.advance(time); }
   VectorXd displacement(int body) const override { return stepper_.displacement(body); }
@@ -89,12 +90,26 @@ bool starts_settled(const Scene& scene, const SimulationPlan& plan, bool contact
 /// half-octave levels of a 5 kHz record change by less than 0.01 dB (docs/simulation.md).
 constexpr double contact_sampling_hz = 40000.0;
 
-Sampling sampling_of(const Simulation& simulation, double wanted_rate, bool filter) {
+/// The most states per record sample: beyond 64 only as many as the motion's own band needs.
+double largest_oversampling(double rate, double highest_hz) {
+  return std::max(64.0, std::ceil(2.5 * highest_hz / rate));
+}
+
+/// Whether the motion holds frequencies that records at this rate cannot.
+bool exceeds_records(const Simulation& simulation, double highest_hz) {
+  return highest_hz > 0.5 * simulation.sample_rate * (1.0 + 1e-9);
+}
+
+/// Contact makes frequencies of every height, and a record may hold more than its copy at a lower rate can:
+/// then more states than samples are looked at, `wanted_rate` a second, and filtered.
+Sampling sampling_of(const Simulation& simulation, double highest_hz, double wanted_rate, bool contact) {
   Sampling sampling;
   sampling.rate = simulation.sample_rate;
   sampling.samples = static_cast<long>(std::floor(simulation.duration * sampling.rate + 1e-6));
-  sampling.oversampling = static_cast<int>(std::clamp(std::ceil(wanted_rate / sampling.rate), 1.0, 64.0));
-  sampling.filter = filter;
+  sampling.filter_motion = exceeds_records(simulation, highest_hz);
+  sampling.filter = contact || sampling.filter_motion;
+  sampling.oversampling = static_cast<int>(std::clamp(std::ceil(wanted_rate / sampling.rate), 1.0,
+                                                      largest_oversampling(sampling.rate, highest_hz)));
   if (sampling.samples < 1) {
     throw Error(fmt::format("simulate: the duration {:g} s is shorter than a sample at {:g} Hz",
                             simulation.duration, sampling.rate));
@@ -102,10 +117,13 @@ Sampling sampling_of(const Simulation& simulation, double wanted_rate, bool filt
   return sampling;
 }
 
+/// Thrown where the user stops the choice of modes and steps.
+struct Interrupted {};
+
 /// Modes and steps from the tolerance, told in the report. With a fixed step every mode is stepped.
 void set_accuracy(const Scene& scene, const SimulationPlan& plan, const std::vector<ModalBody>& bodies,
-                  const MotionHistory& motion, bool contact, ModalSteppingOptions& options,
-                  SimulationReport& report) {
+                  const MotionHistory& motion, bool contact, const SimulationProgress& progress,
+                  ModalSteppingOptions& options, SimulationReport& report) {
   if (options.step > 0.0) return;
   if (!contact) {
     options.highest_mode_hz = static_mode_limit(motion.highest_hz(), options.tolerance);
@@ -114,7 +132,9 @@ void set_accuracy(const Scene& scene, const SimulationPlan& plan, const std::vec
   }
   const AccuracyChoice choice = choose_accuracy(
       bodies, plan.points, [motion](double t) { return motion.at(t); }, motion.highest_hz(),
-      scene.simulation->duration, options, starts_settled(scene, plan, contact));
+      std::min(scene.simulation->duration, motion.duration()), options, starts_settled(scene, plan, contact),
+      progress);
+  if (choice.interrupted) throw Interrupted();
   options.highest_mode_hz = choice.highest_mode_hz;
   options.tolerance = choice.tolerance;
   report.highest_mode_hz = choice.highest_mode_hz;
@@ -138,11 +158,11 @@ RunEnd run_modal(const Scene& scene, SimulationPlan& plan, const MotionHistory& 
   // line; with contact the sampling keeps steps short enough.
   if (!contact) options.longest_step = 1.0 / (40.0 * motion.highest_hz());
   const MaxwellLaw law = bodies[static_cast<std::size_t>(plan.measured_body)].poles.law;
+  const bool looks = contact || !plan.points.empty() || exceeds_records(simulation, motion.highest_hz());
   const double wanted = contact ? std::max(4.0 * simulation.sample_rate, contact_sampling_hz)
                                 : checks_per_period * motion.highest_hz();
-  const bool check_only = !contact && plan.points.empty();
-  const Sampling sampling = sampling_of(simulation, check_only ? 0.0 : wanted, contact);
-  set_accuracy(scene, plan, bodies, motion, contact, options, response.report);
+  const Sampling sampling = sampling_of(simulation, motion.highest_hz(), looks ? wanted : 0.0, contact);
+  set_accuracy(scene, plan, bodies, motion, contact, progress, options, response.report);
   ModalRun stepper(plan, bodies, contact ? plan.points : std::vector<ContactPoint>{}, motion, options);
   if (starts_settled(scene, plan, contact)) stepper.settle();
   return run(stepper, plan, law, motion, sampling, contact, progress, response);
@@ -195,22 +215,45 @@ RunEnd run_newmark(const Scene& scene, SimulationPlan& plan, const MotionHistory
   options.contact_substeps = simulation.contact_substeps;
   // Sampled at whole steps: the step is shortened a little, so that a whole number of them lies between
   // record samples.
-  Sampling sampling = sampling_of(simulation, 0.0, contact);
+  Sampling sampling = sampling_of(simulation, motion.highest_hz(), 0.0, contact);
   const double per_sample = std::ceil(1.0 / (sampling.rate * options.step) - 1e-9);
   const double wanted = contact ? 4.0 * sampling.rate : checks_per_period * motion.highest_hz();
   for (int k = 1; k <= static_cast<int>(per_sample) && sampling.oversampling * sampling.rate < wanted; ++k) {
     if (static_cast<int>(per_sample) % k == 0) sampling.oversampling = k;
   }
   options.step = 1.0 / (sampling.rate * per_sample);
-  sampling.filter = contact && sampling.oversampling > 1;
+  if (sampling.filter && sampling.oversampling == 1) {
+    response.report.warnings.push_back(
+        fmt::format("the step of {:g} s is as long as a sample of the records: frequencies above {:g} Hz "
+                    "fold into them; a "
+                    "step of {:.2g} s would keep them out",
+                    options.step, 0.5 * sampling.rate, 0.25 / sampling.rate));
+  }
+  sampling.filter = sampling.filter && sampling.oversampling > 1;
+  sampling.filter_motion = sampling.filter_motion && sampling.filter;
   response.report.step = options.step;
-  NewmarkRun stepper(std::move(bodies), contact ? plan.points : std::vector<ContactPoint>{}, motion, options);
+  NewmarkRun stepper(std::move(bodies), contact ? plan.points : std::vector<ContactPoint>{}, motion, options,
+                     starts_settled(scene, plan, contact));
   return run(stepper, plan, law, motion, sampling, contact, progress, response);
 }
 
-void add_warnings(const Scene& scene, const SimulationPlan& plan, SimulationReport& report,
+/// What the filter takes out of the band that drives the scene.
+void warn_of_filter(const Simulation& simulation, double highest_hz, SimulationReport& report) {
+  const double usable = 0.4 * simulation.sample_rate;
+  const bool record = simulation.excitation.kind == Excitation::Kind::record;
+  // A record at the rate of the records written is as full as theirs can be.
+  if (report.oversampling == 1 || highest_hz <= usable ||
+      (record && !exceeds_records(simulation, highest_hz)))
+    return;
+  report.warnings.push_back(fmt::format(
+      "the anti-alias filter passes {:g} Hz, less than the {:g} Hz that the motion reaches; a sample_rate of "
+      "{:g} Hz would hold it",
+      usable, highest_hz, 2.5 * highest_hz));
+}
+
+void add_warnings(const Scene& scene, const SimulationPlan& plan, double highest_hz, SimulationReport& report,
                   const std::vector<ContactMap>& contacts) {
-  report.warnings = plan.warnings;
+  report.warnings.insert(report.warnings.begin(), plan.warnings.begin(), plan.warnings.end());
   for (const auto& body : report.bodies) {
     if (body.stretch_stiffening > 0.05) {
       report.warnings.push_back(fmt::format(
@@ -240,14 +283,7 @@ void add_warnings(const Scene& scene, const SimulationPlan& plan, SimulationRepo
                       map.inside, deepest, map.outside, map.gap));
     }
   }
-  const double usable = 0.4 * scene.simulation->sample_rate;
-  const double highest = scene.simulation->excitation.band_hi_hz;
-  if (!contacts.empty() && highest > usable) {
-    report.warnings.push_back(
-        fmt::format("the anti-alias filter passes {:g} Hz, less than the band's {:g} Hz; "
-                    "a sample_rate of {:g} Hz would hold it",
-                    usable, highest, 2.5 * highest));
-  }
+  warn_of_filter(*scene.simulation, highest_hz, report);
 }
 
 }  // namespace
@@ -279,12 +315,18 @@ TimeResponse simulate(const Scene& scene, const MotionHistory& motion, const Sim
   // The linear solution first: where it stays clear of every gap, contact changes nothing.
   RunEnd end = run_method(scene, plan, motion, false, progress, response);
   response.report.linear = end != RunEnd::gap_closed;
-  if (end == RunEnd::gap_closed) run_method(scene, plan, motion, true, progress, response);
+  if (end == RunEnd::gap_closed) {
+    try {
+      run_method(scene, plan, motion, true, progress, response);
+    } catch (const Interrupted&) {
+      response.report.complete = false;  // the linear part up to the first touch stays
+    }
+  }
   for (std::size_t b = 0; b < plan.bodies.size(); ++b) {
     response.report.bodies[b].name = plan.bodies[b].model.body.name;
     response.report.bodies[b].elements = static_cast<int>(plan.bodies[b].model.arc_length.size()) - 1;
   }
-  add_warnings(scene, plan, response.report, response.contacts);
+  add_warnings(scene, plan, motion.highest_hz(), response.report, response.contacts);
   if (!motion.note().empty()) response.report.warnings.push_back(motion.note());
   return response;
 }

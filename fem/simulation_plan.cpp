@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 #include "fem/error.hpp"
 #include "fem/plane_modes.hpp"
@@ -44,10 +46,37 @@ PlannedBody planned_body(const Scene& scene, const std::string& name, double hig
   return planned;
 }
 
-void add_contact(const Contact& contact, int inside, int outside, SimulationPlan& plan) {
+/// Radius of the solid circle with the section's radius of gyration; no less than a ring's outer radius.
+double outer_radius(const Section& section) {
+  return 2.0 * std::sqrt(section.second_moment / section.area);
+}
+
+/// Drops the pairs whose node lies wholly beside the outside body as drawn, such as another leg of a bent
+/// wire whose normal plane happens to cut the tube: it is not in the bore and nothing could have brought it
+/// there.
+void drop_nodes_beside(const Contact& contact, const Body& inside, const Body& outside,
+                       std::vector<ContactPair>& pairs, std::vector<std::string>& warnings) {
+  const double bore = contact.gap + outer_radius(inside.section);
+  const double reach = outer_radius(inside.section) + std::max(bore, outer_radius(outside.section));
+  const auto is_beside = [&](const ContactPair& pair) { return pair.rest_offset.norm() > reach; };
+  const auto beside = std::count_if(pairs.begin(), pairs.end(), is_beside);
+  if (beside == 0) return;
+  double nearest = std::numeric_limits<double>::infinity();
+  for (const auto& pair : pairs) {
+    if (is_beside(pair)) nearest = std::min(nearest, pair.rest_offset.norm());
+  }
+  std::erase_if(pairs, is_beside);
+  warnings.push_back(fmt::format(
+      "{} nodes of '{}' lie beside '{}', {:.3g} m or more from its centreline, and not in it as drawn: they "
+      "cannot touch it; if they should, draw the two closer",
+      beside, contact.inside, contact.outside, nearest));
+}
+
+void add_contact(const Contact& contact, int inside, int outside, double highest_hz, SimulationPlan& plan) {
   const auto& a = plan.bodies[static_cast<std::size_t>(inside)];
   const auto& b = plan.bodies[static_cast<std::size_t>(outside)];
-  const auto pairs = contact_pairs(a.model, b.model);
+  auto pairs = contact_pairs(a.model, b.model);
+  drop_nodes_beside(contact, a.model.body, b.model.body, pairs, plan.warnings);
   if (pairs.empty()) {
     plan.warnings.push_back(
         fmt::format("no free node of '{}' has '{}' around it: this contact can do nothing", contact.inside,
@@ -72,7 +101,7 @@ void add_contact(const Contact& contact, int inside, int outside, SimulationPlan
   const Body& body = a.model.body;
   const double h = a.model.arc_length[1];
   const double local =
-      192.0 * body.material.youngs_modulus.at(100.0) * body.section.second_moment / (8.0 * h * h * h);
+      192.0 * body.material.youngs_modulus.at(highest_hz) * body.section.second_moment / (8.0 * h * h * h);
   if (contact.stiffness > 100.0 * local) {
     plan.warnings.push_back(
         fmt::format("the contact stiffness {:g} N/m is {:.0f} times that of '{}' between neighbouring nodes "
@@ -106,7 +135,7 @@ SimulationPlan plan_simulation(const Scene& scene, double highest_hz) {
   }
   for (const auto& contact : scene.contacts) {
     const int inside = index_of(contact.inside);
-    if (inside >= 0) add_contact(contact, inside, index_of(contact.outside), plan);
+    if (inside >= 0) add_contact(contact, inside, index_of(contact.outside), highest_hz, plan);
   }
   const PlannedBody& measured = plan.bodies[0];
   plan.rows = output_rows(*scene.measurement, measured.model, measured.modes, measured.coordinates,

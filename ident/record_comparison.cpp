@@ -103,7 +103,14 @@ RecordComparison compare_records(const Record& measured, const Record& simulated
         "compare_records: the common {:g} s are too short for intervals of {:g} s after {:g} s skipped",
         static_cast<double>(common) / per_second, options.interval, options.skip));
   }
-  RecordComparison comparison{options.interval, options.skip, {}, {}};
+  const long motion = column_of(measured, simulated.channels.front().name);
+  if (motion < 0) {
+    throw Error(fmt::format("compare_records: the measured record has no column '{}', the motion",
+                            simulated.channels.front().name));
+  }
+  RecordComparison comparison{options.interval, options.skip, 0.0, {}, {}};
+  comparison.motion_correlation =
+      correlation(measured.samples.col(motion).head(common), simulated.samples.col(0).head(common));
   const Eigen::VectorXd edge_hz = half_octave_edges(options.lo_hz, std::min(options.hi_hz, 0.5 * per_second));
   for (std::size_t k = 1; k < simulated.channels.size(); ++k) {
     SignalComparison signal;

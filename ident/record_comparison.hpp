@@ -39,6 +39,7 @@ struct SignalComparison {
 struct RecordComparison {
   double interval = 0.0;  ///< of a correlation [s]
   double skipped = 0.0;   ///< at the start, left out of the levels and of the correlation of all [s]
+  double motion_correlation = 0.0;  ///< of the first channel, the motion, over the common duration
   std::vector<SignalComparison> signals;
   std::vector<std::string> not_compared;  ///< at rest in either record
 };
@@ -52,9 +53,10 @@ struct RecordComparisonOptions {
 
 /// Compares channels of the same name, sample by sample from the first rows on: the simulation was driven by
 /// the measured motion, so both tell of the same instants. Correlation is Pearson's, means taken out. Levels
-/// are from Welch's densities (Hann). The first channel, the motion, is not compared. Throws Error on
-/// sampling intervals that differ by more than 1e-6, a common duration below an interval, and options out of
-/// range.
+/// are from Welch's densities (Hann). Of the first channel, the motion, only the correlation is told: where
+/// it is not close to 1, the records are not of one motion and the rest means nothing. Throws Error on
+/// sampling intervals that differ by more than 1e-6, a common duration below an interval, a motion that is
+/// not in the measured record, and options out of range.
 RecordComparison compare_records(const Record& measured, const Record& simulated,
                                  const RecordComparisonOptions& options = {});
 

@@ -80,6 +80,29 @@ Case scene_case(const std::string& name, const std::string& content, const std::
           "eigen s.toml --modes 3 -o out.csv", begins};
 }
 
+const std::string tube = R"([[body]]
+name = "tube"
+points = [[0.1,0,0], [0.5,0,0]]
+outer_diameter = 0.0095
+inner_diameter = 0.0035
+density = 4535
+elements = 8
+material = { youngs_modulus = 60e9, loss_factor = 0.02 }
+)";
+
+std::string contact_of_gap(const std::string& gap) {
+  return "[[contact]]\ninside = \"wire\"\noutside = \"tube\"\ngap = " + gap + "\nstiffness = 1e5\n";
+}
+
+/// A scene with a [simulation] behind it; `duration`: a line in place of the usual one.
+Case simulate_case(const std::string& name, const std::string& content, const std::string& duration,
+                   const std::string& begins) {
+  const std::string simulation = "[simulation]\n" + (duration.empty() ? "duration = 0.01" : duration) +
+                                 "\nexcitation = { kind = \"sine\", frequency = 50, acceleration = 10 }\n";
+  return {name, [=](const Folder& folder) { folder.write("s.toml", content + simulation); },
+          "simulate s.toml -o out.csv", begins};
+}
+
 Case file_case(const std::string& name, const std::string& file, const std::string& content,
                const std::string& arguments, const std::string& begins) {
   return {name,
@@ -162,6 +185,14 @@ std::vector<Case> cases() {
                  "struna: s.toml:6: body.elements must be from 1 to 1000"),
       scene_case("OnePoint", scene_with("points = [[0,0,0], [0.68,0,0]]", "points = [[0,0,0]]"),
                  "struna: s.toml:3: "),
+      simulate_case("SimulationWithoutModulus", scene_with("youngs_modulus = 120e9", ""), "",
+                    "struna: s.toml: body 'wire' has no youngs_modulus"),
+      simulate_case("SimulationOfOneSample", scene, "duration = 1.5e-4",
+                    "struna: the duration 0.00015 s holds one sample"),
+      simulate_case("ContactWithoutGap", scene + tube + contact_of_gap("0"), "",
+                    "struna: s.toml:27: contact.gap must be > 0"),
+      simulate_case("ContactGivenTwice", scene + tube + contact_of_gap("1e-4") + contact_of_gap("1e-4"), "",
+                    "struna: s.toml:31: contact.outside repeats the contact of 'wire' and 'tube'"),
       {"NothingMeasured",
        [](const Folder& folder) { folder.write("s.toml", scene.substr(0, scene.find("[measure]"))); },
        "--quiet predict s.toml -o out.csv", "struna: s.toml: the scene needs a [measure]"},

@@ -68,6 +68,16 @@ TEST(CompareRecords, FindsTheFactorBetweenTwoRecordsAsALevel) {
   for (const double db : signal.level_db) EXPECT_NEAR(db, 20.0 * std::log10(2.0), 1e-9);
 }
 
+TEST(CompareRecords, TellsWhetherTheMotionsAreTheSame) {
+  const auto simulated = record_of(6000, tone);
+  EXPECT_NEAR(compare_records(simulated, simulated).motion_correlation, 1.0, 1e-12);
+  auto foreign = simulated;
+  for (long i = 0; i < 6000; ++i) foreign.samples(i, 0) = std::sin(1.7 * static_cast<double>(i) / rate);
+  EXPECT_LT(std::abs(compare_records(foreign, simulated).motion_correlation), 0.9);
+  foreign.channels[0].name = "motion";
+  EXPECT_THROW(compare_records(foreign, simulated), Error);
+}
+
 TEST(CompareRecords, CorrelationFallsWithIndependentNoise) {
   std::mt19937 generator(5);
   std::normal_distribution<double> normal;
