@@ -185,11 +185,13 @@ Rows report_rows(const fem::SimulationReport& report) {
     add("modes that follow statically", fmt::format("above {:.4g} Hz", report.highest_mode_hz));
   if (report.energy) {
     const auto& energy = *report.energy;
-    add("energy put in [J]", fmt::format("{:.4g}", energy.input));
-    add("dissipated in bodies + contacts [J]",
-        fmt::format("{:.4g} + {:.4g}", energy.body_dissipated, energy.contact_dissipated));
-    add("imbalance / input",
-        fmt::format("{:.1e}", energy.input != 0.0 ? energy.imbalance() / energy.input : 0.0));
+    const double given = energy.initial + energy.input;
+    add("energy at the start + put in [J]", fmt::format("{:.4g} + {:.4g}", energy.initial, energy.input));
+    add("at the end + lost in bodies + in contacts [J]",
+        fmt::format("{:.4g} + {:.4g} + {:.4g}", energy.kinetic + energy.strain + energy.contact_stored,
+                    energy.body_dissipated, energy.contact_dissipated));
+    add("imbalance, of the first two",
+        fmt::format("{:.1e}", given != 0.0 ? energy.imbalance() / given : 0.0));
   }
   for (const auto& body : report.bodies) {
     add(fmt::format("'{}'", body.name),
@@ -211,6 +213,11 @@ MeasuredBeside read_measured(const std::string& file, const fem::Scene& scene) {
   MeasuredBeside measured;
   measured.file = file;
   measured.record = ident::read_record(file, columns);
+  const fem::Simulation& simulation = *scene.simulation;
+  blaming({file}, [&] {
+    ident::require_comparable(measured.record, 1.0 / simulation.sample_rate,
+                              std::lround(simulation.duration * simulation.sample_rate));
+  });
   return measured;
 }
 

@@ -247,11 +247,10 @@ json comparison_json(const SimulationReportContent& content) {
                        {"simulated", numbers(signal.simulated.rms, 5)},
                        {"difference", numbers(signal.level_db, 5)}});
   }
-  return {{"file", content.measured->file},
-          {"interval", number(comparison.interval)},
-          {"skipped", number(comparison.skipped)},
-          {"signals", std::move(signals)},
-          {"notCompared", comparison.not_compared}};
+  return {
+      {"file", content.measured->file},         {"interval", number(comparison.interval)},
+      {"skipped", number(comparison.skipped)},  {"signals", std::move(signals)},
+      {"notCompared", comparison.not_compared}, {"motionCorrelation", number(comparison.motion_correlation)}};
 }
 
 json page_data(const SimulationReportContent& content) {

@@ -91,8 +91,8 @@
   function comparison() {
     const host = section('measured');
     if (!data.comparison) return host.remove();
-    const { signals, interval, skipped, file, notCompared } = data.comparison;
-    host.append(el('p', {}, `Sample by sample with ${file}, whose motion drove the simulation.`));
+    const { signals, interval, skipped, file, notCompared, motionCorrelation } = data.comparison;
+    host.append(el('p', {}, `Sample by sample with ${file}, ${motionCorrelation > 0.99 ? 'whose motion drove the simulation' : `whose motion is NOT the one that drove the simulation (correlation ${format(motionCorrelation, 3)}): the two have nothing to do with each other`}.`));
     if (notCompared.length) host.append(el('p', { class: 'note' }, `At rest in one of the two, not compared: ${notCompared.join(', ')}.`));
     for (const signal of signals) {
       const card = el('div', { class: 'three' });
@@ -380,12 +380,13 @@
     const host = section('energy');
     const e = data.energy;
     if (!e) return host.remove();
-    const [unit, factor] = readableUnit('J', Math.abs(e.input));
+    const [unit, factor] = readableUnit('J', Math.abs(e.initial + e.input));
     const rows = [
       ['put in by the motion', e.input], ['at the start', e.initial], ['dissipated in the bodies', e.bodyDissipated], ['dissipated in contact', e.contactDissipated],
       ['kinetic, at the end', e.kinetic], ['strain, at the end', e.strain], ['stored in contact, at the end', e.contactStored], ['imbalance', e.imbalance]
     ];
-    const share = (value) => (e.input !== 0 ? value / e.input : NaN);
+    const given = e.initial + e.input;
+    const share = (value) => (given !== 0 ? value / given : NaN);
     const bars = [
       ['dissipated in the bodies', e.bodyDissipated, 'structural'], ['dissipated in contact', e.contactDissipated, 'viscous'],
       ['left at the end', e.kinetic + e.strain + e.contactStored, 'output-2']
@@ -394,9 +395,9 @@
       colour]) => el('span', { style: `flex: ${Math.max(share(value), 0.0005)}; background: var(--${colour})`, title: `${name}: ${format(100 * share(value), 3)} %` }))),
       el('div', { class: 'legend' }, bars.map(([name, value,
         colour]) => el('span', { class: 'energy-key' }, el('i', { style: `background: var(--${colour})` }), `${name} ${format(100 * share(value), 3)} %`))),
-      table([['', true], [`energy\n[${unit}]`], ['of the input\n[%]']], rows.map(([name, value]) => [name, format(value * factor, 4), format(100 * share(value), 3)])),
+      table([['', true], [`energy\n[${unit}]`], ['of start + input\n[%]']], rows.map(([name, value]) => [name, format(value * factor, 4), format(100 * share(value), 3)])),
       el('p', { class: 'note' },
-        'In the frame that moves with the static shape; every entry is computed on its own, so that the imbalance tells how well the steps follow the equations.'));
+        'In the frame that moves with the static shape. Contact and kinetic energy, strain and input are computed on their own, and so is what viscous damping takes: the imbalance tells how well the steps follow the equations. What a loss factor takes is the rest of each mode’s own balance.'));
   }
 
   summary();

@@ -86,7 +86,7 @@ void ModalStepper::State::prepare() {
   report_.modes = system_.poles.modes;
   report_.static_modes = static_cast<int>(system_.static_origin.size());
   report_.idle_modes = system_.idle_modes;
-  report_.planar = system_.dimension == 1;
+  report_.planar = !points_.empty() && system_.dimension == 1;
   control_.set_lowest_pole(n > 0 ? (system_.poles.re.square() + system_.poles.im.square()).sqrt().minCoeff()
                                  : 0.0);
   refresh(now_, time_);

@@ -9,6 +9,7 @@
 
 #include "fem/contact_events.hpp"
 #include "fem/contact_solver.hpp"
+#include "fem/error.hpp"
 #include "fem/modal_stepping.hpp"
 #include "fem/modal_system.hpp"
 #include "fem/pole_stepping.hpp"
@@ -35,6 +36,12 @@ struct Instant {
   std::vector<char> rate_known;
 
   void forget_rates() { std::fill(rate_known.begin(), rate_known.end(), 0); }
+};
+
+/// Contact forces of a step that were not found: a shorter one may have them.
+class NotConverged : public Error {
+ public:
+  using Error::Error;
 };
 
 /// The inside of a ModalStepper. State and what can be read: modal_stepper_state.cpp; one step of given

@@ -151,7 +151,7 @@ void ModalStepper::State::solve_contacts(const StepTable& table) {
   const int d = system_.dimension;
   closed_flexibility(table);
   if (!solver_.solve(closed_, d, closed_flexibility_, closed_static_, c.step)) {
-    throw Error(fmt::format(
+    throw NotConverged(fmt::format(
         "ModalStepper: contact forces at t = {} s did not converge (step {} s, {} closed contacts); "
         "lower the contact stiffness or the step",
         time_, c.step, closed_.size()));

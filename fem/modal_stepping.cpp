@@ -153,7 +153,13 @@ void ModalStepper::State::step_toward(double target) {
       table = &ladder(level);
     }
     control_.begin_step();
-    attempt(*table, end_time);
+    try {
+      attempt(*table, end_time);
+    } catch (const NotConverged&) {
+      if (!control_.shorten(contact)) throw;
+      ++report_.rejected_steps;
+      continue;
+    }
     int point = -1;
     PathEvent event = frozen_ ? PathEvent{never} : earliest_event(step, point);
     if (control_.reject(contact, contact ? contact_error() : 0.0)) {

@@ -79,6 +79,8 @@ class Observer {
   }
 
   std::vector<SimulatedBody> bodies() const { return bodies_; }
+  /// Deepest penetration so far [m].
+  double deepest() const { return penetration_.size() > 0 ? penetration_.maxCoeff() : 0.0; }
 
   std::vector<ContactMap> maps() const {
     std::vector<ContactMap> maps;
@@ -182,6 +184,7 @@ RunEnd run(Stepper& stepper, const SimulationPlan& plan, const MaxwellLaw& law, 
     if (sampling.filter || i % sampling.oversampling == 0) decimator.push(y, kept);
     if (contact) {
       observer.contact(i, stepper);
+      if (i == 0) response.report.start_penetration = std::max(0.0, observer.deepest());
     } else if (!plan.points.empty()) {
       reach = std::max(reach, watch.reach(stepper, u));
       if (reach >= clear_reach) {

@@ -274,8 +274,22 @@ void add_warnings(const Scene& scene, const SimulationPlan& plan, double highest
         "{:.2g} of the largest displacement (trajectories part quickly here); levels and spectra hold longer",
         report.tolerance, report.error_checked_until, report.estimated_error));
   }
+  // A push at the start rings for a while; what it presses in says nothing of the wall.
+  const bool pushed = report.start_penetration > 0.0 && !starts_settled(scene, plan, true);
+  constexpr double ringing = 0.05;  // [s]
+  if (pushed) {
+    report.warnings.push_back(
+        fmt::format("the motion does not start at rest: its first value takes the body {:.3g} m through a "
+                    "gap, and the run "
+                    "begins with a push; start the motion at zero, or leave out the first {:g} s",
+                    report.start_penetration, ringing));
+  }
   for (const auto& map : contacts) {
-    const double deepest = map.penetration.size() > 0 ? map.penetration.maxCoeff() : 0.0;
+    const long skipped =
+        pushed ? std::min(std::lround(std::ceil(ringing / map.interval)), map.penetration.rows() / 2) : 0L;
+    const long bins = map.penetration.rows() - skipped;
+    const double deepest =
+        bins > 0 && map.penetration.cols() > 0 ? map.penetration.bottomRows(bins).maxCoeff() : 0.0;
     if (deepest > map.gap) {
       report.warnings.push_back(
           fmt::format("'{}' presses {:.3g} m into '{}', more than the gap of {:g} m: the contact "

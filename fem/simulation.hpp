@@ -26,7 +26,8 @@ struct ContactMap {
 struct SimulatedBody {
   std::string name;
   int elements = 0;
-  double largest_slope = 0.0;  ///< rotation of a cross-section against the body's own static motion [rad]
+  double largest_slope = 0.0;  ///< rotation of a cross-section, that of the moved supports' static shape
+                               ///< included, at up to 2000 instants of the run [rad]
   double stretch_stiffening =
       0.0;  ///< axial force of the stretch that the deflection would cause, over the Euler load: about
             ///< the relative rise of the first natural frequency squared that linear theory leaves out
@@ -43,6 +44,7 @@ struct SimulationReport {
                                  ///< against a run with every mode and a tenth of the tolerance, up to 20 ms
                                  ///< beyond the first touch; 0: not estimated (linear or fixed step)
   double error_checked_until = 0.0;  ///< [s]
+  double start_penetration = 0.0;    ///< with contact: how deep the run starts, beyond any gap [m]; else 0
   int oversampling = 1;              ///< states sampled per record sample before the anti-alias filter
   StepReport steps;
   std::optional<EnergyLedger> energy;  ///< modal method
@@ -69,7 +71,7 @@ using SimulationProgress = std::function<bool(double)>;
 MotionHistory scene_motion(const Scene& scene);
 
 /// Runs a scene in time, from the static shape moving with the base (and the static rest under gravity).
-/// Bodies that are neither driven nor measured nor joined to such by contact are left out. The linear
+/// Only the measured body and those that contacts join to it take part. The linear
 /// solution comes first: where it cannot close any gap it is the answer. docs/simulation.md. Throws Error on
 /// a scene without drive, measurement or simulation, on a motion shorter than the duration, on a measured
 /// body that nothing moves, and where the method cannot represent the material (newmark: constant modulus,

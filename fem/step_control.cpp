@@ -158,8 +158,17 @@ bool StepControl::reject(bool contact, double contact_error) {
   if (grow) {
     int& level = contact ? contact_level_ : free_level_;
     level = std::max(tried - 1, 0);
+    // Lasting contact would never take longer steps than the last free flight did.
+    if (contact) free_level_ = std::min(free_level_, level);
   }
   return false;
+}
+
+bool StepControl::shorten(bool contact) {
+  const int tried = level(contact);
+  if (fixed() || tried >= deepest_level) return false;
+  (contact ? contact_level_ : free_level_) = tried + 1;
+  return true;
 }
 
 void StepControl::restart_contact() {

@@ -42,6 +42,8 @@ class StepControl {
   void see_idle(const PenetrationPath& path, const ContactForceLaw& law);
   /// Whether the step just tried is too long; adapts the level either way.
   bool reject(bool contact, double contact_error);
+  /// After contact forces that were not found: the next shorter step. False where there is none.
+  bool shorten(bool contact);
   void restart_contact();
 
  private:

@@ -32,20 +32,6 @@ long column_of(const Record& record, const std::string& name) {
   return -1;
 }
 
-void check(const Record& measured, const Record& simulated, const RecordComparisonOptions& options) {
-  const double ratio = measured.sample_interval / simulated.sample_interval;
-  if (!(std::abs(ratio - 1.0) <= 1e-6)) {
-    throw Error(fmt::format(
-        "compare_records: both records need the same sampling interval, got {:g} s measured and {:g} s "
-        "simulated; set sample_rate = {:g} in the scene",
-        measured.sample_interval, simulated.sample_interval, 1.0 / measured.sample_interval));
-  }
-  if (!(options.interval > 0.0) || !(options.skip >= 0.0)) {
-    throw Error(fmt::format("compare_records: needs interval > 0 and skip >= 0, got {:g} and {:g}",
-                            options.interval, options.skip));
-  }
-}
-
 HalfOctaveLevels levels_of(const Record& record, long column, long first, long count,
                            const Eigen::VectorXd& edge_hz) {
   // Welch's spectra want an input and an output: the signal is both.
@@ -91,18 +77,34 @@ HalfOctaveLevels half_octave_levels(const Eigen::VectorXd& frequency_hz, const E
   return levels;
 }
 
+void require_comparable(const Record& measured, double sample_interval, long samples,
+                        const RecordComparisonOptions& options) {
+  const double ratio = measured.sample_interval / sample_interval;
+  if (!(std::abs(ratio - 1.0) <= 1e-6)) {
+    throw Error(fmt::format(
+        "compare_records: both records need the same sampling interval, got {:g} s measured and {:g} s "
+        "simulated; set sample_rate = {:g} in the scene",
+        measured.sample_interval, sample_interval, 1.0 / measured.sample_interval));
+  }
+  if (!(options.interval > 0.0) || !(options.skip >= 0.0)) {
+    throw Error(fmt::format("compare_records: needs interval > 0 and skip >= 0, got {:g} and {:g}",
+                            options.interval, options.skip));
+  }
+  const double common = static_cast<double>(std::min(measured.samples.rows(), samples)) * sample_interval;
+  if (common - options.skip < options.interval * (1.0 - 1e-9) || options.interval < 2.0 * sample_interval) {
+    throw Error(fmt::format(
+        "compare_records: the common {:g} s are too short for intervals of {:g} s after {:g} s skipped",
+        common, options.interval, options.skip));
+  }
+}
+
 RecordComparison compare_records(const Record& measured, const Record& simulated,
                                  const RecordComparisonOptions& options) {
-  check(measured, simulated, options);
+  require_comparable(measured, simulated.sample_interval, simulated.samples.rows(), options);
   const long common = std::min(measured.samples.rows(), simulated.samples.rows());
   const double per_second = 1.0 / measured.sample_interval;
   const long each = std::lround(options.interval * per_second);
   const long skipped = std::lround(options.skip * per_second);
-  if (common - skipped < each || each < 2) {
-    throw Error(fmt::format(
-        "compare_records: the common {:g} s are too short for intervals of {:g} s after {:g} s skipped",
-        static_cast<double>(common) / per_second, options.interval, options.skip));
-  }
   const long motion = column_of(measured, simulated.channels.front().name);
   if (motion < 0) {
     throw Error(fmt::format("compare_records: the measured record has no column '{}', the motion",

@@ -51,12 +51,17 @@ struct RecordComparisonOptions {
   double hi_hz = 900.0;
 };
 
+/// Throws Error where a record of `samples` at `sample_interval` [s] could not be compared with the measured
+/// one: sampling intervals that differ by more than 1e-6, a common duration below an interval, options out of
+/// range. To be asked before a long run.
+void require_comparable(const Record& measured, double sample_interval, long samples,
+                        const RecordComparisonOptions& options = {});
+
 /// Compares channels of the same name, sample by sample from the first rows on: the simulation was driven by
 /// the measured motion, so both tell of the same instants. Correlation is Pearson's, means taken out. Levels
 /// are from Welch's densities (Hann). Of the first channel, the motion, only the correlation is told: where
-/// it is not close to 1, the records are not of one motion and the rest means nothing. Throws Error on
-/// sampling intervals that differ by more than 1e-6, a common duration below an interval, a motion that is
-/// not in the measured record, and options out of range.
+/// it is not close to 1, the records are not of one motion and the rest means nothing. Throws
+/// Error as require_comparable does, and on a motion that is not in the measured record.
 RecordComparison compare_records(const Record& measured, const Record& simulated,
                                  const RecordComparisonOptions& options = {});
 

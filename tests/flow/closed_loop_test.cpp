@@ -60,7 +60,7 @@ TEST(ClosedLoop, IdentifiedBareWirePredictsTheRecordsOfTheWireInItsBand) {
   EXPECT_LT(page.size(), 4u << 20);
 }
 
-TEST(ClosedLoop, RefusesARecordThatCannotBeComparedBeforeOrAfterTheRunInOneLine) {
+TEST(ClosedLoop, RefusesARecordThatCannotBeComparedBeforeTheRunInOneLine) {
   const Folder folder;
   std::string slow = "time [s],displacement [m],force_x [N],force_y [N],force_z [N]\n";
   for (int i = 0; i < 3000; ++i) slow += std::to_string(i) + "e-3,0,1,2,3\n";
