@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+#include <limits>
+
 #include "fem/error.hpp"
 #include "fem/modal_stepper_state.hpp"
 
@@ -16,7 +19,16 @@ PathEvent ModalStepper::State::event_of(Instant& start, Instant& end, int point,
   // within the step at several times their pace.
   const double pace = std::max(std::abs(g1 - g0), step * std::abs(last_rate_[point]));
   if (open && !closed_.empty() && std::max(g0, g1) + 4.0 * pace < 0.0) return {never};
-  const PenetrationPath path{step, g0, rate(start, point), g1, rate(end, point)};
+  // A gap that moves by no more than its own rounding says nothing of its path: its rates do, which carry
+  // their own digits. Where they too move it by no more than that, as at rest, their signs are noise and no
+  // events.
+  const double rate0 = rate(start, point), rate1 = rate(end, point);
+  const int d = system_.dimension;
+  const double size = system_.rest.segment(point * d, d).norm() + points_[point].gap + std::abs(g0);
+  const double rounding = 8.0 * std::numeric_limits<double>::epsilon() * size;
+  const bool lost = std::abs(g1 - g0) <= rounding;
+  if (lost && !open && step * std::max(std::abs(rate0), std::abs(rate1)) <= rounding) return {never};
+  const PenetrationPath path{step, g0, rate0, lost ? g0 + 0.5 * step * (rate0 + rate1) : g1, rate1};
   if (open) control_.see_path(path);
   if (phase_[point] == ContactPhase::idle) control_.see_idle(path, points_[point].law);
   return first_event(path, phase_[point], points_[point].law, horizon);

@@ -158,8 +158,6 @@ bool StepControl::reject(bool contact, double contact_error) {
   if (grow) {
     int& level = contact ? contact_level_ : free_level_;
     level = std::max(tried - 1, 0);
-    // Lasting contact would never take longer steps than the last free flight did.
-    if (contact) free_level_ = std::min(free_level_, level);
   }
   return false;
 }

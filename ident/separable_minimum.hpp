@@ -1,6 +1,6 @@
 #pragma once
 
-#include <Eigen/Cholesky>
+#include <Eigen/Core>
 #include <algorithm>
 #include <utility>
 
@@ -10,6 +10,9 @@ struct Outcome {
   bool converged = false;
   int iterations = 0;
 };
+
+/// (H + damping diag H)^-1 gradient, H n x n, symmetric and positive definite.
+Eigen::VectorXd damped_step(const Eigen::MatrixXd& hessian, const Eigen::VectorXd& gradient, double damping);
 
 /// Levenberg-Marquardt from `state` until less than `tolerance` standard errors is to be gained. A Problem
 /// has step(state) (gradient of -chi_square/2 and its Gauss-Newton hessian), moved(state, delta),
@@ -25,9 +28,7 @@ Outcome minimise(const Problem& problem, int max_iterations, double tolerance, S
     const auto step = problem.step(state);
     bool accepted = false;
     while (!accepted && damping < 1e12) {
-      Eigen::MatrixXd lhs = step.hessian;
-      lhs.diagonal() *= 1.0 + damping;
-      const Eigen::VectorXd delta = lhs.ldlt().solve(step.gradient);
+      const Eigen::VectorXd delta = damped_step(step.hessian, step.gradient, damping);
       const double promise = delta.dot(step.gradient);
       const double per_dof = state.chi_square / static_cast<double>(problem.degrees_of_freedom());
       if (problem.size_of(delta, state) < 1e-12 || promise < tolerance * tolerance * per_dof)

@@ -350,7 +350,7 @@ TEST(SceneFile, RefusesWhatIsWrongInDriveMeasurementAndContact) {
       {"[measure]\npoint = \"wire@0\"\ndirections = [\"x\"]\nquantity = \"force\"\n",
        "measure.quantity must be one of"},
       {contact, "s.toml:13: contact.gap is missing"},
-      {contact + "gap = -1e-4\n", "s.toml:17: contact.gap must be >= 0, got -0.0001"},
+      {contact + "gap = -1e-4\n", "s.toml:17: contact.gap must be > 0, got -0.0001"},
       {contact + "gap = 1e-4\nlaw = \"sticky\"\n",
        "s.toml:18: contact.law must be one of approach, no_adhesion"},
       {contact + "gap = 1e-4\nlaw = \"hard_stop\"\nrestitution = 1.5\n",
