@@ -1,5 +1,7 @@
 #include "fem/body_dynamics.hpp"
 
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "fem/error.hpp"
@@ -49,6 +51,21 @@ OutputRow point_motion_row(const Eigen::VectorXd& weights, MotionQuantity quanti
   row.on_motion[order] = weights.dot(coordinates.carried);
   row.on_contact = Eigen::MatrixX2d::Zero(static_cast<long>(contact_points), 2);
   return row;
+}
+
+/// Gravity has no static rest to start from where a body is free to follow it.
+void refuse_falling(const Model& model, const Eigenmodes& modes, const Eigen::VectorXd& load) {
+  constexpr double rounding = 1e-8;
+  for (long m = 0; m < load.size(); ++m) {
+    if (!is_rigid(model.body, modes.eigenvalue[m]) ||
+        std::abs(load[m]) <= rounding * load.cwiseAbs().maxCoeff()) {
+      continue;
+    }
+    throw Error(fmt::format(
+        "simulate: gravity makes body '{}' fall or swing, because its supports leave it free to; a run with "
+        "gravity starts from a static rest, and there is none: clamp an end, or leave gravity out",
+        model.body.name));
+  }
 }
 
 }  // namespace
@@ -106,8 +123,10 @@ ModalBody modal_body(const Model& model, const Eigenmodes& complete_modes, const
   body.load.col(1) = -acting_alpha(material) * participation;
   body.load.col(2) = -participation;
   if (drive.force.size() > 0) body.load.col(0) = coordinates.basis.transpose() * drive.force;
-  if (!drive.gravity.isZero(0.0))
+  if (!drive.gravity.isZero(0.0)) {
     body.constant_load = coordinates.basis.transpose() * gravity_load(model, drive.gravity);
+    refuse_falling(model, complete_modes, body.constant_load);
+  }
   return body;
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <complex>
+#include <numbers>
 
 #include "fem/contact_rest.hpp"
 #include "fem/error.hpp"
@@ -46,7 +47,13 @@ void ModalStepper::State::store_state() {
   for (std::size_t k = 0; k < system_.pole_origin.size(); ++k) {
     const ModalOrigin origin = system_.pole_origin[k];
     const auto at = static_cast<Eigen::Index>(k);
-    stored_poles_[origin.body][origin.index] = {now_.z.re[at], now_.z.im[at]};
+    std::complex<double> z(now_.z.re[at], now_.z.im[at]);
+    const auto mode = static_cast<Eigen::Index>(system_.poles.mode[k]);
+    // What the rest held, held by relaxed springs from now on.
+    const double held = system_.relaxed_stiffness[mode] * rest_q_[mode];
+    const PoleSystem& poles = bodies_[origin.body].poles;
+    if (held != 0.0) z -= poles.residue[origin.index] / poles.pole[origin.index] * held;
+    stored_poles_[origin.body][origin.index] = z;
   }
 }
 
@@ -71,6 +78,9 @@ void ModalStepper::State::prepare() {
   }
   mean_.setZero(system_.poles.modes);
   slope_.setZero(system_.poles.modes);
+  rest_q_.setZero(system_.poles.modes);
+  rest_load_.setZero(system_.poles.modes);
+  rest_offset_ = system_.rest;
   contact_load_.setZero(system_.poles.modes);
   point_force_.setZero(rows);
   next_point_force_.setZero(rows);
@@ -87,14 +97,21 @@ void ModalStepper::State::prepare() {
   report_.static_modes = static_cast<int>(system_.static_origin.size());
   report_.idle_modes = system_.idle_modes;
   report_.planar = !points_.empty() && system_.dimension == 1;
-  control_.set_lowest_pole(n > 0 ? (system_.poles.re.square() + system_.poles.im.square()).sqrt().minCoeff()
-                                 : 0.0);
+  double lowest_hz = never;  // of what oscillates
+  for (const double f : system_.frequency_hz) {
+    if (f > 0.0) lowest_hz = std::min(lowest_hz, f);
+  }
+  control_.set_lowest_pole(lowest_hz < never ? 2.0 * std::numbers::pi * lowest_hz : 0.0);
   refresh(now_, time_);
   deflect_static_modes();
   for (int i = 0; i < point_count(); ++i) {
     phase_[i] = phase_of(points_[i].law, now_.penetration[i], rate(now_, i));
     force_[i] = phase_force(points_[i].law, phase_[i], now_.penetration[i], rate(now_, i));
   }
+  start_ledger();
+}
+
+void ModalStepper::State::start_ledger() {
   energy_ = EnergyLedger{};
   const EnergyLedger start = energy();
   energy_.initial = start.kinetic + start.strain + start.contact_stored;
@@ -138,7 +155,7 @@ void ModalStepper::State::refresh(Instant& instant, double time) {
   modal_displacement(system_.poles, instant.z, instant.q);
   modal_velocity(system_.poles, instant.z, instant.v);
   instant.offset.noalias() = system_.rows * instant.q;
-  instant.offset += system_.rest + system_.motion * instant.motion.displacement;
+  instant.offset += rest_offset_ + system_.motion * instant.motion.displacement;
   if (system_.static_flexibility.size()) instant.offset += system_.static_flexibility * point_force_;
   set_geometry(instant);
 }
@@ -162,13 +179,22 @@ void ModalStepper::State::set_state(int body, const Eigen::VectorXd& displacemen
     throw Error(fmt::format("set_state: displacements and velocities of body {} must be finite", body));
   }
   store_state();
-  // At rest under the constant load k q the poles are -r k q/mu; an impulse v adds r v.
+  // At rest under the constant load k q the poles are -r k q/mu; an impulse v adds r v. Rigid modes: (q, q').
   Eigen::VectorXd compliance = Eigen::VectorXd::Zero(poles.modes);
+  const auto rigid = [&](Eigen::Index k) {
+    const bool first = k == 0 || poles.mode[k - 1] != poles.mode[k];
+    const bool last = k + 1 == poles.pole.size() || poles.mode[k + 1] != poles.mode[k];
+    return first && last && is_rigid_pole(poles, static_cast<int>(k), static_cast<int>(k) + 1);
+  };
   for (Eigen::Index k = 0; k < poles.pole.size(); ++k) {
-    compliance[poles.mode[k]] -= (poles.residue[k] / poles.pole[k]).real();
+    if (!rigid(k)) compliance[poles.mode[k]] -= (poles.residue[k] / poles.pole[k]).real();
   }
   for (Eigen::Index k = 0; k < poles.pole.size(); ++k) {
     const int m = poles.mode[k];
+    if (rigid(k)) {
+      stored_poles_[body][k] = {displacement[m], velocity[m]};
+      continue;
+    }
     stored_poles_[body][k] =
         poles.residue[k] * (velocity[m] - displacement[m] / compliance[m] / poles.pole[k]);
   }
@@ -182,29 +208,39 @@ void ModalStepper::State::settle() {
   const MotionSample motion = motion_(time_);
   if (!finite(motion)) throw Error(fmt::format("ModalStepper: the motion at t = {} s is not finite", time_));
   const Eigen::ArrayXd load = system_.constant_load + system_.load.col(0) * motion.displacement;
-  const Eigen::ArrayXd compliance = 1.0 / system_.relaxed_stiffness;
+  const Eigen::ArrayXd compliance = (system_.rest_stiffness > 0.0).select(1.0 / system_.rest_stiffness, 0.0);
   Eigen::VectorXd offset =
       system_.rest + system_.motion * motion.displacement + system_.rows * (compliance * load).matrix();
   RowMatrix w = system_.rows * compliance.matrix().asDiagonal() * system_.rows.transpose();
   if (system_.static_flexibility.size()) w += system_.static_flexibility;
   balance(offset, w);
   const Eigen::ArrayXd total = load + (system_.rows.transpose() * point_force_).array();
-  for (int k = 0; k < system_.poles.size(); ++k) {
-    const std::complex<double> mu(system_.poles.re[k], system_.poles.im[k]);
-    const std::complex<double> residue(system_.poles.residue_re[k], system_.poles.residue_im[k]);
-    const std::complex<double> z = -residue / mu * total[system_.poles.mode[k]];
-    now_.z.re[k] = z.real();
-    now_.z.im[k] = z.imag();
-  }
+  refuse_falling(total);
+  now_.z.re.setZero();
+  now_.z.im.setZero();
+  rest_q_ = compliance * total;
+  rest_load_ = total;
+  rest_offset_ = system_.rest + system_.rows * rest_q_;
   refresh(now_, time_);
   for (const ClosedContact& c : closed_) {
     // At rest the dashpot is silent, whichever law.
     phase_[c.point] = phase_of(c.law[0], now_.penetration[c.point], 0.0);
     force_[c.point] = c.force;
   }
-  energy_ = EnergyLedger{};
-  const EnergyLedger start = energy();
-  energy_.initial = start.kinetic + start.strain + start.contact_stored;
+  start_ledger();
+}
+
+/// A rest whose loads push a rigid mode is none.
+void ModalStepper::State::refuse_falling(const Eigen::ArrayXd& load) const {
+  const double largest = load.size() ? load.abs().maxCoeff() : 0.0;
+  constexpr double rounding = 1e-8;  // of the balance of contact forces against each other
+  for (Eigen::Index m = 0; m < load.size(); ++m) {
+    if (system_.rest_stiffness[m] > 0.0 || std::abs(load[m]) <= rounding * largest) continue;
+    throw Error(
+        fmt::format("ModalStepper: the static rest was asked for, but its loads push body {} along a motion "
+                    "that no support holds: it would fall or swing; clamp it, or take the load away",
+                    system_.mode_origin[static_cast<std::size_t>(m)].body));
+  }
 }
 
 Eigen::VectorXd ModalStepper::State::per_body(int body, const Eigen::VectorXd& stepped) const {
@@ -226,7 +262,7 @@ double ModalStepper::State::static_force(Eigen::Index mode) const {
 }
 
 Eigen::VectorXd ModalStepper::State::displacement(int body) const {
-  Eigen::VectorXd out = per_body(body, now_.q);
+  Eigen::VectorXd out = per_body(body, now_.q + rest_q_);
   for (std::size_t m = 0; m < system_.static_origin.size(); ++m) {
     const ModalOrigin origin = system_.static_origin[m];
     const auto at = static_cast<Eigen::Index>(m);
@@ -238,7 +274,7 @@ Eigen::VectorXd ModalStepper::State::displacement(int body) const {
 Eigen::VectorXd ModalStepper::State::internal_force(int body) const {
   Eigen::VectorXd force;
   modal_internal_force(system_.poles, now_.z, force);
-  Eigen::VectorXd out = per_body(body, force);
+  Eigen::VectorXd out = per_body(body, force + rest_load_.matrix());
   for (std::size_t m = 0; m < system_.static_origin.size(); ++m) {
     const ModalOrigin origin = system_.static_origin[m];
     if (origin.body == body) out[origin.index] = static_force(static_cast<Eigen::Index>(m));
@@ -254,7 +290,8 @@ Eigen::Vector2d ModalStepper::State::offset(int point) const {
 EnergyLedger ModalStepper::State::energy() const {
   EnergyLedger energy = energy_;
   energy.kinetic = 0.5 * now_.v.squaredNorm();
-  energy.strain = 0.5 * (system_.relaxed_stiffness * now_.q.array().square()).sum();
+  energy.strain = 0.5 * (system_.relaxed_stiffness * now_.q.array().square()).sum() +
+                  0.5 * rest_load_.matrix().dot(rest_q_) + rest_load_.matrix().dot(now_.q);
   // Of viscoelastic modes the internal work is booked as dissipated: what the springs hold goes back here.
   for (int m = system_.poles.single; m < system_.poles.modes; ++m) {
     if (!system_.viscoelastic[m]) continue;

@@ -77,6 +77,8 @@ class ModalStepper::State {
   void store_state();
   void deflect_static_modes();
   void balance(const Eigen::VectorXd& offset, const RowMatrix& w);
+  void refuse_falling(const Eigen::ArrayXd& load) const;
+  void start_ledger();
   void refresh(Instant& instant, double time);
   void set_geometry(Instant& instant);
   double direction(const Instant& instant, int point, int component) const;
@@ -121,6 +123,9 @@ class ModalStepper::State {
   std::vector<ClosedContact> closed_;
   ContactSolver solver_;
   RowMatrix closed_flexibility_, closed_static_, closed_rows_, scaled_rows_;
+  Eigen::VectorXd rest_q_;  ///< the static rest that z counts from: modes, modal load, offsets without z
+  Eigen::ArrayXd rest_load_;
+  Eigen::VectorXd rest_offset_;
   Eigen::VectorXd start_offset_;  ///< at the start of the attempted step, static modes undeflected
   Eigen::VectorXd point_force_;   ///< on the components, now: the static deflection follows it
   Eigen::VectorXd next_point_force_;

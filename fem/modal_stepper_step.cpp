@@ -87,7 +87,7 @@ void ModalStepper::State::closed_flexibility(const StepTable& table) {
 /// ends; u' and u by the cubic of Hermite.
 void ModalStepper::State::load_over(double step, const MotionSample& end) {
   const StepLoad load = step_load(now_.motion, end, step);
-  mean_ = system_.constant_load;
+  mean_ = system_.constant_load - rest_load_;
   slope_.setZero();
   for (int d = 0; d < 3; ++d) {
     if (!drives_[d]) continue;
@@ -107,7 +107,7 @@ void ModalStepper::State::attempt(const StepTable& table, double end_time) {
   propagate(system_.poles, c, mean_, slope_, now_.z, next_.z);
   modal_displacement(system_.poles, next_.z, next_.q);
   next_.offset.noalias() = system_.rows * next_.q;
-  next_.offset += system_.rest + system_.motion * next_.motion.displacement;
+  next_.offset += rest_offset_ + system_.motion * next_.motion.displacement;
   closed_.clear();
   start_offset_ = now_.offset;
   if (system_.static_flexibility.size()) {
@@ -176,7 +176,7 @@ void ModalStepper::State::solve_contacts(const StepTable& table) {
     return;
   }
   next_.offset.noalias() = system_.rows * next_.q;
-  next_.offset += system_.rest + system_.motion * next_.motion.displacement;
+  next_.offset += rest_offset_ + system_.motion * next_.motion.displacement;
   if (system_.static_flexibility.size()) next_.offset += system_.static_flexibility * next_point_force_;
 }
 
@@ -210,7 +210,7 @@ void ModalStepper::State::accept(const StepTable& table, double end_time, bool c
   const StepCoefficients& c = table.coefficients;
   if (closed_.empty()) contact_load_.setZero();
   const StepEnergy work = step_energy(system_.poles, c, mean_, slope_, contact_load_, now_.z, next_.z);
-  energy_.input += work.load_work;
+  energy_.input += work.load_work + rest_load_.matrix().dot(next_.q - now_.q);
   energy_.body_dissipated += work.dissipated + work.internal_work;
   for (const ClosedContact& closed : closed_) {
     energy_.contact_dissipated += contact_heat(closed, c.step);

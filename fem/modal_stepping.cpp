@@ -24,7 +24,7 @@ PathEvent ModalStepper::State::event_of(Instant& start, Instant& end, int point,
   // events.
   const double rate0 = rate(start, point), rate1 = rate(end, point);
   const int d = system_.dimension;
-  const double size = system_.rest.segment(point * d, d).norm() + points_[point].gap + std::abs(g0);
+  const double size = rest_offset_.segment(point * d, d).norm() + points_[point].gap + std::abs(g0);
   const double rounding = 8.0 * std::numeric_limits<double>::epsilon() * size;
   const bool lost = std::abs(g1 - g0) <= rounding;
   if (lost && !open && step * std::max(std::abs(rate0), std::abs(rate1)) <= rounding) return {never};

@@ -104,14 +104,16 @@ std::vector<int> pole_starts(const PoleSystem& poles) {
   return start;
 }
 
-/// q/p of a mode under a constant load [s^2].
+/// q/p of an elastic mode under a constant load [s^2].
 double static_compliance(const PoleSystem& poles, int begin, int end) {
   std::complex<double> sum = 0.0;
   for (int k = begin; k < end; ++k) sum -= poles.residue[k] / poles.pole[k];
   return sum.real();
 }
 
+/// 0 for a rigid mode.
 double mode_frequency_hz(const PoleSystem& poles, int begin, int end) {
+  if (is_rigid_pole(poles, begin, end)) return 0.0;
   double largest = 0.0;
   for (int k = begin; k < end; ++k) {
     // The oscillating pole tells; real pairs by their geometric mean.
@@ -147,14 +149,17 @@ RowMatrix contact_rows(const ModalSystem& system, const std::vector<ContactPoint
   return rows;
 }
 
-bool single_pole(const PoleSystem& poles, int begin, int end) {
-  return end - begin == 1 && poles.pole[begin].imag() != 0.0;
+enum class PoleGroup { single, several, rigid };  ///< in PoleArrays' order
+
+PoleGroup pole_group(const PoleSystem& poles, int begin, int end) {
+  if (is_rigid_pole(poles, begin, end)) return PoleGroup::rigid;
+  return end - begin == 1 ? PoleGroup::single : PoleGroup::several;
 }
 
 /// More than one complex pole or two real ones.
 bool is_viscoelastic(const PoleSystem& poles, int begin, int end) {
   if (end - begin == 2) return poles.pole[begin].imag() != 0.0 || poles.pole[begin + 1].imag() != 0.0;
-  return !single_pole(poles, begin, end);
+  return pole_group(poles, begin, end) == PoleGroup::several;
 }
 
 void append_mode(ModalSystem& system, const std::vector<ModalBody>& bodies, const ModalOrigin& origin,
@@ -180,15 +185,20 @@ void fill_modes(ModalSystem& system, const std::vector<ModalBody>& bodies) {
   system.load.resize(modes, 3);
   system.constant_load.setZero(modes);
   system.relaxed_stiffness.resize(modes);
+  system.rest_stiffness.resize(modes);
   for (int m = 0; m < modes; ++m) {
     const ModalOrigin origin = system.mode_origin[m];
     const ModalBody& body = bodies[origin.body];
     system.load.row(m) = body.load.row(origin.index).array();
     if (body.constant_load.size()) system.constant_load[m] = body.constant_load[origin.index];
     const std::vector<int> start = pole_starts(body.poles);
+    const int begin = start[origin.index], end = start[origin.index + 1];
     system.relaxed_stiffness[m] =
-        1.0 / static_compliance(body.poles, start[origin.index], start[origin.index + 1]);
-    system.viscoelastic.push_back(is_viscoelastic(body.poles, start[origin.index], start[origin.index + 1]));
+        is_rigid_pole(body.poles, begin, end) ? 0.0 : 1.0 / static_compliance(body.poles, begin, end);
+    system.rest_stiffness[m] = body.poles.rest_stiffness.size() ? body.poles.rest_stiffness[origin.index]
+                                                                : system.relaxed_stiffness[m];
+    system.viscoelastic.push_back(is_viscoelastic(body.poles, begin, end));
+    system.frequency_hz.push_back(mode_frequency_hz(body.poles, begin, end));
   }
 }
 
@@ -197,13 +207,18 @@ void fill_poles(PoleArrays& poles, const std::vector<std::complex<double>>& pole
   const int n = static_cast<int>(pole.size());
   for (Eigen::ArrayXd* array : {&poles.re, &poles.im, &poles.residue_re, &poles.residue_im, &poles.inverse_re,
                                 &poles.inverse_im, &poles.ratio_re, &poles.ratio_im}) {
-    array->resize(n);
+    array->setZero(n);
   }
   for (int k = 0; k < n; ++k) {
     poles.re[k] = pole[k].real();
     poles.im[k] = pole[k].imag();
     poles.residue_re[k] = residue[k].real();
     poles.residue_im[k] = residue[k].imag();
+    if (k >= poles.elastic) {  // the state is (q, q'): an impulse adds to q'
+      poles.residue_re[k] = 0.0;
+      poles.residue_im[k] = 1.0;
+      continue;
+    }
     poles.inverse_re[k] = (1.0 / pole[k]).real();
     poles.inverse_im[k] = (1.0 / pole[k]).imag();
     poles.ratio_re[k] = (residue[k] / pole[k]).real();
@@ -262,25 +277,28 @@ ModalSystem modal_system(const std::vector<ModalBody>& bodies, const std::vector
 
   std::vector<std::complex<double>> pole, residue;
   std::vector<double> compliance;
-  for (const bool single : {true, false}) {
+  for (const PoleGroup group : {PoleGroup::single, PoleGroup::several, PoleGroup::rigid}) {
     for (std::size_t b = 0; b < bodies.size(); ++b) {
       const PoleSystem& poles = bodies[b].poles;
       const std::vector<int> start = pole_starts(poles);
       for (int m = 0; m < poles.modes; ++m) {
-        if (single_pole(poles, start[m], start[m + 1]) != single) continue;
+        if (pole_group(poles, start[m], start[m + 1]) != group) continue;
         const ModalOrigin origin{static_cast<int>(b), m};
         if (!excitation.active[b][m]) {
           ++system.idle_modes;
-        } else if (highest_mode_hz > 0.0 &&
+        } else if (highest_mode_hz > 0.0 && group != PoleGroup::rigid &&
                    mode_frequency_hz(poles, start[m], start[m + 1]) > highest_mode_hz && !moving[b][m]) {
           system.static_origin.push_back(origin);
-          compliance.push_back(static_compliance(poles, start[m], start[m + 1]));
+          // What it follows lies not far below its own frequency: the modulus there, not the relaxed one.
+          const double omega = 2.0 * std::numbers::pi * mode_frequency_hz(poles, start[m], start[m + 1]);
+          compliance.push_back(1.0 / (omega * omega));
         } else {
           append_mode(system, bodies, origin, start[m], start[m + 1], pole, residue);
         }
       }
     }
-    if (single) system.poles.single = static_cast<int>(system.mode_origin.size());
+    if (group == PoleGroup::single) system.poles.single = static_cast<int>(system.mode_origin.size());
+    if (group != PoleGroup::rigid) system.poles.elastic = static_cast<int>(pole.size());
   }
   system.static_compliance =
       Eigen::Map<Eigen::ArrayXd>(compliance.data(), static_cast<Eigen::Index>(compliance.size()));
@@ -310,12 +328,24 @@ void validate(const std::vector<ModalBody>& bodies) {
       fail(fmt::format("constant_load must have {} entries or none, got {}", body.poles.modes,
                        body.constant_load.size()));
     }
+    if (body.poles.rest_stiffness.size() != 0 && body.poles.rest_stiffness.size() != body.poles.modes) {
+      fail(fmt::format("rest_stiffness must have {} entries or none, got {}", body.poles.modes,
+                       body.poles.rest_stiffness.size()));
+    }
     if (!body.load.allFinite() || !body.constant_load.allFinite()) fail("loads must be finite");
     for (Eigen::Index k = 0; k < n; ++k) {
       const std::complex<double> mu = body.poles.pole[k];
-      if (!std::isfinite(mu.real()) || !std::isfinite(mu.imag()) || mu == 0.0 || mu.real() > 0.0) {
-        fail(fmt::format("pole {} must be finite, not zero, with a real part <= 0, got {} + {}i", k,
-                         mu.real(), mu.imag()));
+      const bool alone = (k == 0 || body.poles.mode[k - 1] != body.poles.mode[k]) &&
+                         (k + 1 == n || body.poles.mode[k + 1] != body.poles.mode[k]);
+      if (!std::isfinite(mu.real()) || !std::isfinite(mu.imag()) || mu.real() > 0.0 ||
+          (mu == 0.0 && !alone)) {
+        fail(fmt::format(
+            "pole {} must be finite, with a real part <= 0, zero only as a rigid mode's one, got {} + {}i", k,
+            mu.real(), mu.imag()));
+      }
+      if (alone && mu.imag() == 0.0 && body.poles.residue[k] != 1.0) {
+        fail(fmt::format("pole {} is a rigid mode's, so its residue must be 1, got {} + {}i", k,
+                         body.poles.residue[k].real(), body.poles.residue[k].imag()));
       }
       const int mode = body.poles.mode[k];
       if (mode < 0 || mode >= body.poles.modes || (k > 0 && mode < body.poles.mode[k - 1])) {

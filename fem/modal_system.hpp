@@ -25,7 +25,9 @@ struct ModalSystem {
   std::vector<ModalOrigin> pole_origin;  ///< per stepped pole
   Eigen::ArrayX3d load;                  ///< per stepped mode, on u, u', u''
   Eigen::ArrayXd constant_load;
-  Eigen::ArrayXd relaxed_stiffness;        ///< per stepped mode [1/s^2]
+  Eigen::ArrayXd relaxed_stiffness;        ///< per stepped mode [1/s^2]; 0 for rigid ones
+  Eigen::ArrayXd rest_stiffness;           ///< per stepped mode, of a static rest [1/s^2]; 0 for rigid ones
+  std::vector<double> frequency_hz;        ///< per stepped mode; 0 for rigid ones
   std::vector<char> viscoelastic;          ///< per stepped mode: more poles than a viscous one has
   std::vector<ModalOrigin> static_origin;  ///< modes that follow statically
   Eigen::ArrayXd static_compliance;        ///< their q/p [s^2]

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <complex>
 
+#include "fem/quadrature.hpp"
+
 namespace struna::fem {
 namespace {
 
@@ -39,6 +41,25 @@ Phi phi_functions(Complex x, Complex inverse) {
 
 double real_phi_one(double x) {
   return std::abs(x) < 1e-300 ? 1.0 : std::expm1(x) / x;
+}
+
+/// exp(x), (e^x - 1)/x and so on: phi_{n+1} = (phi_n - 1/n!)/x, by the series where that would cancel.
+struct RealPhi {
+  double exponential, one, two, three;
+};
+
+RealPhi real_phi(double x) {
+  if (std::abs(x) > 0.3) {
+    const double one = std::expm1(x) / x;
+    const double two = (one - 1.0) / x;
+    return {std::exp(x), one, two, (two - 0.5) / x};
+  }
+  double three = 0.0;  // 1/6 + x/24 + x^2/120 + ...
+  for (int n = 13; n >= 4; --n) three = (1.0 + three * x) * reciprocal[n];
+  three = (1.0 + three * x) * reciprocal[2] * reciprocal[3];
+  const double two = 0.5 + x * three;
+  const double one = 1.0 + x * two;
+  return {1.0 + x * one, one, two, three};
 }
 
 int pole_end(const PoleArrays& poles, int begin) {
@@ -78,7 +99,17 @@ void set_step(const PoleArrays& poles, double step, StepCoefficients& c) {
   for (Eigen::ArrayXd* array : {&c.e_re, &c.e_im, &c.a_re, &c.a_im, &c.b_re, &c.b_im}) array->resize(n);
   c.flexibility.setZero(poles.modes);
   c.with_energy = false;
-  for (int k = 0; k < n; ++k) {
+  for (int k = poles.elastic; k < n; ++k) {
+    const RealPhi phi = real_phi(poles.re[k] * step);
+    c.e_re[k] = step * phi.one;
+    c.e_im[k] = phi.exponential;
+    c.a_re[k] = step * step * phi.two;
+    c.a_im[k] = step * phi.one;
+    c.b_re[k] = step * step * (phi.three - 0.5 * phi.two);
+    c.b_im[k] = step * (phi.two - 0.5 * phi.one);
+    c.flexibility[poles.mode[k]] = c.a_re[k];
+  }
+  for (int k = 0; k < poles.elastic; ++k) {
     const Phi phi =
         phi_functions(step * at(poles.re, poles.im, k), at(poles.inverse_re, poles.inverse_im, k) / step);
     const Complex residue = step * at(poles.residue_re, poles.residue_im, k);
@@ -126,8 +157,12 @@ void propagate(const PoleArrays& poles, const StepCoefficients& c, const Eigen::
                   c.a_im.head(n) * mean.head(n) + c.b_im.head(n) * slope.head(n);
   for (int k = n; k < poles.size(); ++k) {
     const int m = poles.mode[k];
-    to.re[k] = c.e_re[k] * from.re[k] - c.e_im[k] * from.im[k] + c.a_re[k] * mean[m] + c.b_re[k] * slope[m];
-    to.im[k] = c.e_im[k] * from.re[k] + c.e_re[k] * from.im[k] + c.a_im[k] * mean[m] + c.b_im[k] * slope[m];
+    const bool rigid = k >= poles.elastic;
+    const double e_re =
+        rigid ? from.re[k] + c.e_re[k] * from.im[k] : c.e_re[k] * from.re[k] - c.e_im[k] * from.im[k];
+    const double e_im = rigid ? c.e_im[k] * from.im[k] : c.e_im[k] * from.re[k] + c.e_re[k] * from.im[k];
+    to.re[k] = e_re + c.a_re[k] * mean[m] + c.b_re[k] * slope[m];
+    to.im[k] = e_im + c.a_im[k] * mean[m] + c.b_im[k] * slope[m];
   }
 }
 
@@ -152,17 +187,19 @@ void modal_velocity(const PoleArrays& poles, const PoleState& state, Eigen::Vect
   const int n = poles.single;
   v.head(n) = poles.re.head(n) * state.re.head(n) - poles.im.head(n) * state.im.head(n);
   v.tail(poles.modes - n).setZero();
-  for (int k = n; k < poles.size(); ++k) {
+  for (int k = n; k < poles.elastic; ++k) {
     v[poles.mode[k]] += poles.re[k] * state.re[k] - poles.im[k] * state.im[k];
   }
+  for (int k = poles.elastic; k < poles.size(); ++k) v[poles.mode[k]] = state.im[k];
 }
 
 void modal_internal_force(const PoleArrays& poles, const PoleState& state, Eigen::VectorXd& force) {
   force.setZero(poles.modes);
-  for (int k = 0; k < poles.size(); ++k) {
+  for (int k = 0; k < poles.elastic; ++k) {
     const Complex mu = at(poles.re, poles.im, k);
     force[poles.mode[k]] -= (mu * mu * at(state.re, state.im, k)).real();
   }
+  for (int k = poles.elastic; k < poles.size(); ++k) force[poles.mode[k]] = -poles.re[k] * state.im[k];
 }
 
 namespace {
@@ -209,6 +246,31 @@ StepEnergy single_pole_energy(const PoleArrays& poles, const StepCoefficients& c
   return energy;
 }
 
+/// A rigid mode by Gauss's rule on q': exact without drag, where q' is a parabola, and to rounding with it (6
+/// points where its exponential squared falls by e at most).
+void add_rigid_energy(const PoleArrays& poles, const StepCoefficients& c, int k, double mean, double slope,
+                      double contact, const PoleState& from, const PoleState& to, StepEnergy& energy) {
+  static const GaussRule rule = gauss_legendre(6);
+  const double h = c.step;
+  const double mu = poles.re[k];
+  const double load_start = mean + contact - 0.5 * slope;
+  const int panels = 1 + static_cast<int>(-2.0 * mu * h);
+  double moment = 0.0, square = 0.0;  // integrals of (t/h - 1/2) q' and of q'^2
+  for (int panel = 0; panel < panels; ++panel) {
+    for (Eigen::Index i = 0; i < rule.node.size(); ++i) {
+      const double part = (panel + rule.node[i]) / panels;
+      const double t = part * h;
+      const RealPhi phi = real_phi(mu * t);
+      const double v = phi.exponential * from.im[k] + t * (phi.one * load_start + part * phi.two * slope);
+      const double weight = rule.weight[i] * h / panels;
+      moment += weight * (part - 0.5) * v;
+      square += weight * v * v;
+    }
+  }
+  energy.load_work += mean * (to.re[k] - from.re[k]) + slope * moment;
+  energy.dissipated -= mu * square;
+}
+
 }  // namespace
 
 StepEnergy step_energy(const PoleArrays& poles, const StepCoefficients& c, const Eigen::ArrayXd& mean,
@@ -217,7 +279,11 @@ StepEnergy step_energy(const PoleArrays& poles, const StepCoefficients& c, const
   StepEnergy energy = single_pole_energy(poles, c, mean, slope, contact, from, to);
   const double h = c.step;
   std::size_t pair = 0;
-  for (int k = poles.single; k < poles.size();) {
+  for (int k = poles.elastic; k < poles.size(); ++k) {
+    const int m = poles.mode[k];
+    add_rigid_energy(poles, c, k, mean[m], slope[m], contact[m], from, to, energy);
+  }
+  for (int k = poles.single; k < poles.elastic;) {
     const int end = pole_end(poles, k);
     const int m = poles.mode[k];
     const double total = mean[m] + contact[m];

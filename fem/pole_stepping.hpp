@@ -7,7 +7,7 @@ namespace struna::fem {
 
 /// Poles of many modes side by side, real and imaginary parts apart, so that loops over them become vector
 /// instructions. The first `single` modes have one complex pole each, with the mode's own index; the poles of
-/// the others follow, grouped by mode.
+/// the others follow, grouped by mode; those of rigid modes, q'' - mu q' = p, come last: their z is (q, q').
 struct PoleArrays {
   Eigen::ArrayXd re, im;                  ///< mu [1/s]
   Eigen::ArrayXd residue_re, residue_im;  ///< r [s]
@@ -16,6 +16,7 @@ struct PoleArrays {
   std::vector<int> mode;
   std::vector<int> real_pair;  ///< first pole of each mode with two real poles
   int single = 0;
+  int elastic = 0;  ///< poles before the rigid modes'
   int modes = 0;
 
   int size() const { return static_cast<int>(re.size()); }
@@ -29,6 +30,8 @@ struct PoleState {
 /// What one step length needs. Under the load p(t) = mean + slope (t/h - 1/2),
 ///   z(h) = e z(0) + a mean + b slope,   e = exp(mu h), a = r (e - 1)/mu, b = r [((e - 1)/mu - h)/(mu h) - (e
 ///   - 1)/(2 mu)].
+/// Of a rigid mode e = (integral of exp(mu t) over the step, exp(mu h)) and (a, b) are the responses of q and
+/// q'.
 struct StepCoefficients {
   double step = 0.0;
   Eigen::ArrayXd e_re, e_im, a_re, a_im, b_re, b_im;
@@ -63,9 +66,9 @@ void modal_internal_force(const PoleArrays& poles, const PoleState& state, Eigen
 
 /// Work of the loads and heat of the dampers over one step [J].
 struct StepEnergy {
-  double load_work = 0.0;  ///< of the load `mean`, `slope` (without the contact's constant part)
-  double dissipated =
-      0.0;  ///< modes with one complex or two real poles: 2 zeta omega times the integral of q'^2
+  double load_work = 0.0;   ///< of the load `mean`, `slope` (without the contact's constant part)
+  double dissipated = 0.0;  ///< rigid modes and those with one complex or two real poles: 2 zeta omega times
+                            ///< the integral of q'^2
   double internal_work =
       0.0;  ///< other (viscoelastic) modes: work of all loads less the gain of kinetic energy
 };

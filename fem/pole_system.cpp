@@ -6,6 +6,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 #include "fem/error.hpp"
@@ -66,6 +67,9 @@ constexpr double times_per_decade = 1.5;
 /// How far they reach beyond the band on either side.
 constexpr double time_margin = 3.0;
 
+/// Making a law exact at one frequency leaves its relaxed spring at least this share of the modulus.
+constexpr double least_relaxed = 0.1;
+
 struct ModePoles {
   std::vector<Complex> pole;
   std::vector<Complex> residue;
@@ -75,11 +79,9 @@ struct ModePoles {
 /// an even, smooth function of it, so a shift of 1e-9 relative shows only there, while the residues stay
 /// finite.
 ModePoles viscous_poles(double omega, double c) {
-  const double floor = two_pi * 1e-5;  // a rigid mode oscillates once in a day instead of drifting
-  const double scale = std::max({omega, 0.5 * c, floor});
+  const double scale = std::max(omega, 0.5 * c);
   double discriminant = omega * omega - 0.25 * c * c;
   if (std::abs(discriminant) < 1e-9 * scale * scale) discriminant = 1e-9 * scale * scale;
-  if (omega == 0.0 && c == 0.0) discriminant = floor * floor;
   if (discriminant > 0.0) {
     const double damped = std::sqrt(discriminant);
     return {{Complex(-0.5 * c, damped)}, {Complex(0.0, -1.0 / damped)}};
@@ -183,20 +185,29 @@ MaxwellLaw fit_maxwell_law(const FrequencyLaw& youngs_modulus, const FrequencyLa
   return {x[0], tau(used), x.tail(memory)(used), x[1] / (two_pi * hi_hz)};
 }
 
-MaxwellLaw exact_at(const MaxwellLaw& law, double youngs_modulus, double loss_factor, double f_hz) {
-  const Complex s(0.0, two_pi * f_hz);
-  const Complex memory = law.at(s) - law.relaxed;
-  MaxwellLaw exact = law;
-  // A law without memory cannot be scaled to have any; a dashpot then gives the loss.
-  const double scale = memory.imag() > 0.0 ? youngs_modulus * loss_factor / memory.imag() : 0.0;
-  exact.strength *= scale;
-  exact.viscosity = memory.imag() > 0.0 ? scale * law.viscosity : youngs_modulus * loss_factor / s.imag();
-  exact.relaxed = youngs_modulus - scale * memory.real();
-  if (exact.relaxed <= 0.0) {
-    throw Error(fmt::format(
-        "exact_at: a loss factor of {:g} at {:g} Hz is too large for a relaxed modulus above zero",
-        loss_factor, f_hz));
+MaxwellLaw exact_at(const MaxwellLaw& law, double youngs_modulus, double loss_factor, double f_hz,
+                    double fitted_to_hz) {
+  if (!(youngs_modulus > 0.0 && loss_factor >= 0.0 && f_hz > 0.0 && std::isfinite(youngs_modulus) &&
+        std::isfinite(loss_factor) && std::isfinite(f_hz))) {
+    throw Error(
+        fmt::format("exact_at: E and f must be positive and eta at least 0, got {:g} Pa, {:g} Hz, {:g}",
+                    youngs_modulus, f_hz, loss_factor));
   }
+  const double omega = two_pi * f_hz;
+  const double loss = youngs_modulus * loss_factor;
+  const Complex memory = law.at(Complex(0.0, omega)) - law.relaxed;
+  // Above the fitted band the memory's loss falls like 1/f: it is scaled as at the band's edge, and what is
+  // missing the dashpot gives.
+  const double fitted = law.at(Complex(0.0, two_pi * std::min(f_hz, fitted_to_hz))).imag();
+  double scale = fitted > 0.0 ? loss / fitted : 0.0;
+  if (memory.imag() > 0.0) scale = std::min(scale, loss / memory.imag());
+  if (memory.real() > 0.0) {
+    scale = std::min(scale, (1.0 - least_relaxed) * youngs_modulus / memory.real());
+  }
+  MaxwellLaw exact = law;
+  exact.strength *= scale;
+  exact.viscosity = scale * law.viscosity + std::max(0.0, loss - scale * memory.imag()) / omega;
+  exact.relaxed = youngs_modulus - scale * memory.real();
   return exact;
 }
 
@@ -206,31 +217,41 @@ PoleSystem pole_system(const Model& model, const Eigenmodes& modes, Damping damp
   system.modes = static_cast<int>(modes.eigenvalue.size());
   system.natural_frequency_hz = Eigen::VectorXd::Zero(system.modes);
   system.relaxed_stiffness = Eigen::VectorXd::Zero(system.modes);
-  double lowest_hz = band_hi_hz;
+  system.rest_stiffness = Eigen::VectorXd::Zero(system.modes);
+  double lowest_hz = std::numeric_limits<double>::infinity();
   for (int m = 0; m < system.modes; ++m) {
     if (is_rigid(model.body, modes.eigenvalue[m])) continue;
     system.natural_frequency_hz[m] = natural_frequency_hz(modes.eigenvalue[m], material.youngs_modulus);
     lowest_hz = std::min(lowest_hz, system.natural_frequency_hz[m]);
   }
+  if (!std::isfinite(lowest_hz)) lowest_hz = band_hi_hz;
+  const double fitted_to_hz = std::max(lowest_hz, band_hi_hz);
   const bool structural = damping == Damping::structural;
   if (structural) {
-    system.law = fit_maxwell_law(material.youngs_modulus, material.loss_factor, lowest_hz / 3.0, band_hi_hz);
+    system.law = fit_maxwell_law(material.youngs_modulus, material.loss_factor,
+                                 std::min(lowest_hz, band_hi_hz) / 3.0, fitted_to_hz);
   } else {
     system.law.relaxed = material.youngs_modulus.at(lowest_hz);
     system.law.viscosity = material.rayleigh.beta * system.law.relaxed;
   }
+  const double rest_modulus =
+      material.youngs_modulus.at(rest_frequency_hz(material.youngs_modulus, lowest_hz));
   std::vector<Complex> pole, residue;
   std::vector<int> owner;
   for (int m = 0; m < system.modes; ++m) {
     const double f = system.natural_frequency_hz[m];
     const double omega = two_pi * f;
+    if (f > 0.0) system.rest_stiffness[m] = modes.eigenvalue[m] * rest_modulus;
     ModePoles found;
     if (structural && f > 0.0) {
-      const auto law = exact_at(system.law, material.youngs_modulus.at(f), material.loss_factor.at(f), f);
+      const auto law =
+          exact_at(system.law, material.youngs_modulus.at(f), material.loss_factor.at(f), f, fitted_to_hz);
       found = viscoelastic_poles(modes.eigenvalue[m], law);
       system.relaxed_stiffness[m] = modes.eigenvalue[m] * law.relaxed;
+    } else if (f == 0.0) {
+      found = {{structural ? 0.0 : -material.rayleigh.alpha}, {1.0}};
     } else {
-      const Rayleigh rayleigh = structural ? Rayleigh{} : material.rayleigh;
+      const Rayleigh& rayleigh = material.rayleigh;
       found = viscous_poles(omega, rayleigh.alpha + rayleigh.beta * omega * omega);
       system.relaxed_stiffness[m] = omega * omega;
     }
@@ -244,11 +265,28 @@ PoleSystem pole_system(const Model& model, const Eigenmodes& modes, Damping damp
   return system;
 }
 
+double rest_frequency_hz(const FrequencyLaw& youngs_modulus, double lowest_natural_hz) {
+  if (youngs_modulus.valid_from_hz > 0.0) return youngs_modulus.valid_from_hz;
+  if (!youngs_modulus.frequency.empty() && youngs_modulus.frequency.front() > 0.0) {
+    return youngs_modulus.frequency.front();
+  }
+  return lowest_natural_hz;
+}
+
+bool is_rigid_pole(const PoleSystem& system, int begin, int end) {
+  return end - begin == 1 && system.pole[begin].imag() == 0.0;
+}
+
 Complex modal_receptance(const PoleSystem& system, int mode, double f_hz) {
   const Complex s(0.0, two_pi * f_hz);
   Complex sum = 0.0;
-  for (long k = 0; k < system.pole.size(); ++k) {
-    if (system.mode[k] != mode) continue;
+  const long first = std::find(system.mode.begin(), system.mode.end(), mode) - system.mode.begin();
+  long end = first;
+  while (end < system.mode.size() && system.mode[end] == mode) ++end;
+  if (end > first && is_rigid_pole(system, static_cast<int>(first), static_cast<int>(end))) {
+    return 1.0 / (s * (s - system.pole[first]));
+  }
+  for (long k = first; k < end; ++k) {
     sum += 0.5 * (system.residue[k] / (s - system.pole[k]) +
                   std::conj(system.residue[k]) / (s - std::conj(system.pole[k])));
   }

@@ -397,6 +397,97 @@ TEST(ModalStepping, GravityStartsFromItsStaticRestWithContact) {
   }
 }
 
+/// q'' + drag q' = p, p = 2 u + 3 u'.
+ModalBody rigid_body(double drag) {
+  ModalBody body;
+  body.poles.modes = 1;
+  body.poles.pole = Eigen::VectorXcd::Constant(1, -drag);
+  body.poles.residue = Eigen::VectorXcd::Constant(1, 1.0);
+  body.poles.mode = Eigen::VectorXi::Zero(1);
+  body.load = Eigen::MatrixX3d::Zero(1, 3);
+  body.load(0, 0) = 2.0;
+  body.load(0, 1) = 3.0;
+  return body;
+}
+
+TEST(ModalStepping, RigidModesDriftExactlyAndTheirLedgerCloses) {
+  // u = 0.5 + 0.1 t: a load on a straight line, which the step follows exactly.
+  const auto ramp = [](double t) { return MotionSample{0.5 + 0.1 * t, 0.1, 0.0}; };
+  const double p0 = 2.0 * 0.5 + 3.0 * 0.1, p1 = 2.0 * 0.1, v0 = 0.7;
+  for (const double drag : {0.0, 1e-9, 1e-3, 10.0, 2000.0}) {
+    ModalSteppingOptions options;
+    options.step = 0.01;
+    ModalStepper stepper({rigid_body(drag)}, {}, ramp, options);
+    stepper.set_state(0, vector({0.3}), vector({v0}));
+    const double t = 20.0;
+    stepper.advance(t);
+    // v = v0 + p0 t + p1 t^2/2 for little drag (its own effect, (drag t) of it, is asked for beyond 1e-3
+    // only).
+    double v = v0 + p0 * t + 0.5 * p1 * t * t;
+    double q = 0.3 + v0 * t + 0.5 * p0 * t * t + p1 * t * t * t / 6.0;
+    double tolerance = 1e-13 + drag * t;
+    if (drag >= 1e-3) {
+      const double decay = std::exp(-drag * t);
+      const double end = (p0 - p1 / drag) / drag;  // v = (v0 - end) e + end + p1 t/drag
+      v = (v0 - end) * decay + end + p1 * t / drag;
+      q = 0.3 - (v0 - end) * std::expm1(-drag * t) / drag + end * t + 0.5 * p1 * t * t / drag;
+      tolerance = 1e-8;  // the closed form cancels by (drag t)^2 at 1e-3; rounding elsewhere
+    }
+    EXPECT_NEAR(stepper.velocity(0)[0] / v, 1.0, tolerance) << drag;
+    EXPECT_NEAR(stepper.displacement(0)[0] / q, 1.0, tolerance) << drag;
+    EXPECT_LT(std::abs(stepper.energy().imbalance()), 1e-12 * stepper.energy().input) << drag;  // rounding
+    if (drag > 0.0) {
+      EXPECT_GT(stepper.energy().body_dissipated, 0.0);
+    }
+  }
+}
+
+TEST(ModalStepping, AFreeMassFliesStraightAndRebounds) {
+  for (const ContactLaw kind : {ContactLaw::approach, ContactLaw::hard_stop}) {
+    ContactForceLaw law{kind, 1e6, 0.0};
+    law.restitution = 1.0;
+    ModalStepper stepper({rigid_body(0.0)}, {wall(law, 1.0, {1.0})}, still);
+    stepper.set_state(0, vector({0.0}), vector({2.0}));
+    stepper.advance(1.0);
+    // There in 0.5 s; the spring takes pi/omega = 3 ms to return it.
+    EXPECT_NEAR(stepper.velocity(0)[0], -2.0, 1e-3 * 2.0);
+    const double dwell = kind == ContactLaw::approach ? pi / 1e3 : 0.0;
+    EXPECT_NEAR(stepper.displacement(0)[0], 1.0 - 2.0 * (0.5 - dwell), 1e-3);
+    EXPECT_LT(std::abs(stepper.energy().imbalance()), 1e-12 * stepper.energy().initial);
+  }
+}
+
+TEST(ModalStepping, WhatFallsHasNoStaticRest) {
+  ModalBody body = rigid_body(0.0);
+  ModalStepper light({body}, {}, still);
+  light.settle();
+  light.advance(1.0);
+  EXPECT_EQ(light.displacement(0)[0], 0.0);
+  body.constant_load = vector({9.81});
+  ModalStepper heavy({body}, {}, still);
+  EXPECT_THROW(heavy.settle(), Error);
+  heavy.advance(1.0);  // unless it is let fall
+  EXPECT_NEAR(heavy.displacement(0)[0], 0.5 * 9.81, 1e-12);
+}
+
+TEST(ModalStepping, RestHasItsOwnStiffnessAndStatesMayFollow) {
+  // Stiffness 1e3 as it swings, 500 at rest.
+  ModalBody body = oscillators({std::sqrt(1e3)}, 0.02);
+  body.constant_load = vector({5.0});
+  body.poles.rest_stiffness = vector({500.0});
+  ModalStepper stepper({body}, {}, still);
+  stepper.settle();
+  stepper.advance(0.3);
+  EXPECT_NEAR(stepper.displacement(0)[0], 0.01, 1e-15);
+  EXPECT_NEAR(stepper.internal_force(0)[0], 5.0, 1e-12);
+  EXPECT_NEAR(stepper.energy().imbalance(), 0.0, 1e-15);
+  // A state set afterwards is held by the springs as they swing.
+  stepper.set_state(0, vector({0.005}), vector({0.0}));
+  stepper.advance(0.6);
+  EXPECT_NEAR(stepper.displacement(0)[0], 0.005, 1e-15);
+  EXPECT_NEAR(stepper.internal_force(0)[0], 5.0, 1e-12);
+}
+
 TEST(ModalStepping, DeepPenetrationIsFollowed) {
   // Far deeper than the gap: the law has no bottom, and the direction stays defined.
   ModalSteppingOptions options;

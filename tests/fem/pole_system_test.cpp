@@ -80,8 +80,10 @@ TEST(PoleSystem, RigidModeIsAFreeMass) {
     EXPECT_EQ(system.relaxed_stiffness[0], 0.0);
     const double w = two_pi * 5.0;
     const Complex exact = 1.0 / Complex(-w * w, w * alpha);
-    EXPECT_LT(std::abs(modal_receptance(system, 0, 5.0) / exact - 1.0),
-              1e-8);  // (1e-5 Hz/5 Hz)^2 and rounding
+    EXPECT_LT(std::abs(modal_receptance(system, 0, 5.0) / exact - 1.0), 1e-14);  // rounding
+    EXPECT_TRUE(is_rigid_pole(system, 0, 1));
+    EXPECT_FALSE(is_rigid_pole(system, 1, 2));
+    EXPECT_EQ(system.rest_stiffness[0], 0.0);
   }
 }
 
@@ -126,6 +128,48 @@ TEST(PoleSystem, StaticResponseIsTheRelaxedStiffness) {
   }
 }
 
+TEST(PoleSystem, MeetsEveryExponentAndLossFactorHoweverFarAboveTheBand) {
+  // Modes up to 10^4 times the band's edge; eta from far below to far above what E ~ f^n demands.
+  for (const double n : {0.0, 0.02, 0.1}) {
+    for (const double eta : {0.01, 0.03, 0.05, 0.1, 0.3, 1.0}) {
+      for (const double hi : {10.0, 30.0, 100.0, 900.0}) {
+        const Modes body(strand(n, eta), {31.0, 86.0, 808.0, 3000.0, 1e5});
+        const auto system = body.poles(Damping::structural, hi);
+        for (int m = 0; m < 5; ++m) {
+          const double f = system.natural_frequency_hz[m];
+          const Complex exact = 1.0 / Complex(0.0, two_pi * f * two_pi * f * eta);
+          // Rounding of the poles, amplified by 1/eta and the spread of the relaxation times.
+          EXPECT_LT(std::abs(modal_receptance(system, m, f) / exact - 1.0), 1e-8)
+              << n << ' ' << eta << ' ' << hi << ' ' << f;
+          EXPECT_GT(system.relaxed_stiffness[m], 0.0);
+        }
+        EXPECT_LT(system.pole.real().maxCoeff(), 0.0) << n << ' ' << eta << ' ' << hi;
+      }
+    }
+  }
+}
+
+TEST(PoleSystem, RestTakesTheLowestFrequencyAtWhichTheModulusIsKnown) {
+  auto law = power_law(1e11, 0.1);
+  EXPECT_EQ(rest_frequency_hz(law, 30.0), 30.0);
+  law.valid_from_hz = 50.0;
+  EXPECT_EQ(rest_frequency_hz(law, 30.0), 50.0);
+  FrequencyLaw table;
+  table.kind = FrequencyLaw::Kind::table;
+  table.frequency = {2.0, 1000.0};
+  table.value = {9e10, 1.1e11};
+  EXPECT_EQ(rest_frequency_hz(table, 30.0), 2.0);
+  Material material = strand(0.0, 0.1);
+  material.youngs_modulus = table;
+  const Modes body(material, {31.0, 86.0});
+  for (const auto damping : {Damping::structural, Damping::viscous}) {
+    const auto system = body.poles(damping);
+    for (int m = 0; m < 2; ++m) {
+      EXPECT_NEAR(system.rest_stiffness[m] / (body.modes.eigenvalue[m] * 9e10), 1.0, 1e-15);
+    }
+  }
+}
+
 TEST(MaxwellLaw, FitsACausalPairOfLawsClosely) {
   // (i w)^n: eta = tan(n pi/2) is what E ~ f^n demands.
   for (const double n : {0.02, 0.1}) {
@@ -143,7 +187,7 @@ TEST(MaxwellLaw, FitsACausalPairOfLawsClosely) {
 TEST(MaxwellLaw, IsPassiveAndStaysSoWhenMadeExact) {
   const auto law = fit_maxwell_law(power_law(1e11, 0.02), constant_law(0.0374), 5.0, 1000.0);
   for (const double at : {5.0, 100.0, 20000.0}) {
-    const auto exact = exact_at(law, 1e11, 0.03, at);
+    const auto exact = exact_at(law, 1e11, 0.03, at, 1000.0);
     const Complex value = exact.at(Complex(0.0, two_pi * at));
     EXPECT_NEAR(value.real(), 1e11, 1.0);     // rounding
     EXPECT_NEAR(value.imag(), 0.03e11, 1.0);  // rounding
@@ -174,7 +218,10 @@ TEST(MaxwellLaw, RefusesWhatItCannotDo) {
   EXPECT_THROW(fit_maxwell_law(modulus, modulus, 100.0, 100.0), Error);
   EXPECT_THROW(fit_maxwell_law(modulus, modulus, 1.0, std::nan("")), Error);
   const auto law = fit_maxwell_law(power_law(1e11, 0.02), constant_law(0.03), 5.0, 1000.0);
-  EXPECT_THROW(exact_at(law, 1e11, 50.0, 100.0), Error);
+  EXPECT_THROW(exact_at(law, 0.0, 0.03, 100.0, 1000.0), Error);
+  EXPECT_THROW(exact_at(law, 1e11, -0.03, 100.0, 1000.0), Error);
+  EXPECT_THROW(exact_at(law, 1e11, 0.03, 0.0, 1000.0), Error);
+  EXPECT_THROW(exact_at(law, 1e11, std::nan(""), 100.0, 1000.0), Error);
 }
 
 }  // namespace
