@@ -19,7 +19,6 @@ struct Trial {
   std::vector<Eigen::Vector2d> path;
   double from = 0.0, until = 0.0;  ///< [s]
   double largest = 0.0;            ///< displacement [m]
-  bool touched = false;
 };
 
 struct TrialSetup {
@@ -61,7 +60,6 @@ Trial run_trial(const TrialSetup& setup, const ModalSteppingOptions& options, do
       if (!touching(stepper, points)) continue;
       trial.from = t;
     }
-    trial.touched = true;
     if (t > trial.from + window) break;
     for (int i = 0; i < points; ++i) trial.path.push_back(stepper.offset(i));
     trial.until = t;
@@ -109,7 +107,7 @@ AccuracyChoice chosen(const TrialSetup& setup, double highest_hz, const ModalSte
   const Trial reference = run_trial(setup, options, -1.0);
   AccuracyChoice choice;
   choice.tolerance = asked.tolerance;
-  if (!reference.touched) return choice;
+  if (reference.from < 0.0) return choice;  // never touched
   choice.checked_from = reference.from;
   choice.checked_until = reference.until;
   const auto error_of = [&](double tolerance) {

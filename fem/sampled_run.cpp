@@ -215,7 +215,6 @@ RunEnd run(Stepper& stepper, const SimulationPlan& plan, const MaxwellLaw& law, 
   response.report.steps = stepper.steps();
   response.report.energy = stepper.energy();
   response.report.oversampling = sampling.filter ? sampling.oversampling : 1;
-  response.report.complete = end == RunEnd::complete;
   return end;
 }
 

@@ -117,29 +117,28 @@ Sampling sampling_of(const Simulation& simulation, double highest_hz, double wan
   return sampling;
 }
 
-/// Thrown where the user stops the choice of modes and steps.
-struct Interrupted {};
-
-/// Modes and steps from the tolerance, told in the report. With a fixed step every mode is stepped.
-void set_accuracy(const Scene& scene, const SimulationPlan& plan, const std::vector<ModalBody>& bodies,
+/// Modes and steps from the tolerance, told in the report. With a fixed step every mode is stepped. False:
+/// stopped by the user.
+bool set_accuracy(const Scene& scene, const SimulationPlan& plan, const std::vector<ModalBody>& bodies,
                   const MotionHistory& motion, bool contact, const SimulationProgress& progress,
                   ModalSteppingOptions& options, SimulationReport& report) {
-  if (options.step > 0.0) return;
+  if (options.step > 0.0) return true;
   if (!contact) {
     options.highest_mode_hz = static_mode_limit(motion.highest_hz(), options.tolerance);
     report.highest_mode_hz = options.highest_mode_hz;
-    return;
+    return true;
   }
   const AccuracyChoice choice = choose_accuracy(
       bodies, plan.points, [motion](double t) { return motion.at(t); }, motion.highest_hz(),
       std::min(scene.simulation->duration, motion.duration()), options, starts_settled(scene, plan, contact),
       progress);
-  if (choice.interrupted) throw Interrupted();
+  if (choice.interrupted) return false;
   options.highest_mode_hz = choice.highest_mode_hz;
   options.tolerance = choice.tolerance;
   report.highest_mode_hz = choice.highest_mode_hz;
   report.estimated_error = choice.estimated_error;
   report.error_checked_until = choice.checked_until;
+  return true;
 }
 
 RunEnd run_modal(const Scene& scene, SimulationPlan& plan, const MotionHistory& motion, bool contact,
@@ -162,7 +161,8 @@ RunEnd run_modal(const Scene& scene, SimulationPlan& plan, const MotionHistory& 
   const double wanted = contact ? std::max(4.0 * simulation.sample_rate, contact_sampling_hz)
                                 : checks_per_period * motion.highest_hz();
   const Sampling sampling = sampling_of(simulation, motion.highest_hz(), looks ? wanted : 0.0, contact);
-  set_accuracy(scene, plan, bodies, motion, contact, progress, options, response.report);
+  if (!set_accuracy(scene, plan, bodies, motion, contact, progress, options, response.report))
+    return RunEnd::interrupted;
   ModalRun stepper(plan, bodies, contact ? plan.points : std::vector<ContactPoint>{}, motion, options);
   if (starts_settled(scene, plan, contact)) stepper.settle();
   return run(stepper, plan, law, motion, sampling, contact, progress, response);
@@ -222,13 +222,6 @@ RunEnd run_newmark(const Scene& scene, SimulationPlan& plan, const MotionHistory
     if (static_cast<int>(per_sample) % k == 0) sampling.oversampling = k;
   }
   options.step = 1.0 / (sampling.rate * per_sample);
-  if (sampling.filter && sampling.oversampling == 1) {
-    response.report.warnings.push_back(
-        fmt::format("the step of {:g} s is as long as a sample of the records: frequencies above {:g} Hz "
-                    "fold into them; a "
-                    "step of {:.2g} s would keep them out",
-                    options.step, 0.5 * sampling.rate, 0.25 / sampling.rate));
-  }
   sampling.filter = sampling.filter && sampling.oversampling > 1;
   sampling.filter_motion = sampling.filter_motion && sampling.filter;
   response.report.step = options.step;
@@ -238,7 +231,13 @@ RunEnd run_newmark(const Scene& scene, SimulationPlan& plan, const MotionHistory
 }
 
 /// What the filter takes out of the band that drives the scene.
-void warn_of_filter(const Simulation& simulation, double highest_hz, SimulationReport& report) {
+void warn_of_filter(const Simulation& simulation, double highest_hz, bool contact, SimulationReport& report) {
+  if (report.oversampling == 1 && (contact || exceeds_records(simulation, highest_hz))) {
+    report.warnings.push_back(
+        fmt::format("the step of {:g} s is as long as a sample of the records: frequencies above {:g} Hz "
+                    "fold into them; a step of {:.2g} s would keep them out",
+                    report.step, 0.5 * simulation.sample_rate, 0.25 / simulation.sample_rate));
+  }
   const double usable = 0.4 * simulation.sample_rate;
   const bool record = simulation.excitation.kind == Excitation::Kind::record;
   // A record at the rate of the records written is as full as theirs can be.
@@ -253,7 +252,7 @@ void warn_of_filter(const Simulation& simulation, double highest_hz, SimulationR
 
 void add_warnings(const Scene& scene, const SimulationPlan& plan, double highest_hz, SimulationReport& report,
                   const std::vector<ContactMap>& contacts) {
-  report.warnings.insert(report.warnings.begin(), plan.warnings.begin(), plan.warnings.end());
+  report.warnings = plan.warnings;
   for (const auto& body : report.bodies) {
     if (body.stretch_stiffening > 0.05) {
       report.warnings.push_back(fmt::format(
@@ -297,7 +296,7 @@ void add_warnings(const Scene& scene, const SimulationPlan& plan, double highest
                       map.inside, deepest, map.outside, map.gap));
     }
   }
-  warn_of_filter(*scene.simulation, highest_hz, report);
+  warn_of_filter(*scene.simulation, highest_hz, !contacts.empty(), report);
 }
 
 }  // namespace
@@ -329,13 +328,9 @@ TimeResponse simulate(const Scene& scene, const MotionHistory& motion, const Sim
   // The linear solution first: where it stays clear of every gap, contact changes nothing.
   RunEnd end = run_method(scene, plan, motion, false, progress, response);
   response.report.linear = end != RunEnd::gap_closed;
-  if (end == RunEnd::gap_closed) {
-    try {
-      run_method(scene, plan, motion, true, progress, response);
-    } catch (const Interrupted&) {
-      response.report.complete = false;  // the linear part up to the first touch stays
-    }
-  }
+  // Interrupted before the first step, the linear part up to the first touch stays.
+  if (end == RunEnd::gap_closed) end = run_method(scene, plan, motion, true, progress, response);
+  response.report.complete = end == RunEnd::complete;
   for (std::size_t b = 0; b < plan.bodies.size(); ++b) {
     response.report.bodies[b].name = plan.bodies[b].model.body.name;
     response.report.bodies[b].elements = static_cast<int>(plan.bodies[b].model.arc_length.size()) - 1;
