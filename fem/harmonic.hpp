@@ -1,52 +1,11 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <string>
-#include <variant>
-#include <vector>
 
+#include "fem/drive.hpp"
 #include "fem/eigenmodes.hpp"
 
 namespace struna::fem {
-
-/// Supports of the body moved together by the same translation U along a unit vector.
-struct SupportMotion {
-  std::vector<End> ends;
-  Eigen::Vector3d direction;
-};
-/// A force at a fraction (0..1) of the arc length along a unit vector.
-struct PointForce {
-  double fraction = 0.5;
-  Eigen::Vector3d direction;
-};
-using Drive = std::variant<SupportMotion, PointForce>;
-
-/// Force that the support at `end` exerts on the body.
-struct SupportForce {
-  End end = End::end;
-};
-/// Displacement at a fraction of the arc length.
-struct PointDisplacement {
-  double fraction = 0.5;
-};
-struct Measurement {
-  std::variant<SupportForce, PointDisplacement> what;
-  std::vector<Eigen::Vector3d> directions;  ///< unit vectors, one output each
-  /// The direction of the drive under which each output is read, where several references are taken one after
-  /// the other; empty: the drive's own for all.
-  std::vector<Eigen::Vector3d> drive_directions = {};
-};
-
-/// The outputs that are read under one direction of the drive.
-struct Reference {
-  Drive drive;
-  Measurement measurement;    ///< drive_directions empty
-  std::vector<long> outputs;  ///< their places in the measurement asked of
-};
-
-/// A measurement by references, in order of first appearance. Throws Error unless there are as many drive
-/// directions as directions, or none.
-std::vector<Reference> references_of(const Drive& drive, const Measurement& measurement);
 
 /// Output over drive, per line and output: force/motion [N/m], displacement/force [m/N], displacement/motion
 /// or force/force [-].
@@ -63,8 +22,9 @@ struct HarmonicOptions {
 };
 
 /// Steady state (6), (7): K = E(f) K1 (1 + i eta(f)) or C = alpha M + beta K; prescribed dof partitioned, C
-/// acting on absolute velocities. One complex banded factorisation per line. Throws Error where a drive or
-/// measured support is not held in the driven or measured direction, or a frequency is not positive.
+/// acting on absolute velocities. Few lines: one complex banded factorisation each; many lines of one mesh:
+/// the sum over all its modes, which both damping models leave uncoupled (ModalSum). Throws Error where a
+/// drive or measured support is not held in the driven or measured direction, or a frequency is not positive.
 HarmonicResponse harmonic_response(const Model& model, const Drive& drive, const Measurement& measurement,
                                    const Eigen::VectorXd& frequency_hz, const HarmonicOptions& options = {});
 

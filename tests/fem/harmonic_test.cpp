@@ -328,6 +328,42 @@ TEST(Harmonic, ModalSumInApparentMassFormApproachesTheDirectResponse) {
   EXPECT_LT(std::abs(left), 1e-7 * std::abs(apparent(1)));
 }
 
+TEST(Harmonic, ManyLinesAreTheLinesOneByOne) {
+  // Many lines are summed over all modes, a line alone is a factorisation.
+  const Drive drives[] = {shake(End::start), SupportMotion{{End::start, End::end}, Vector3d(0.6, 0.0, 0.8)},
+                          PointForce{0.3, Vector3d::UnitZ()}};
+  const VectorXd f = VectorXd::LinSpaced(60, 2.0, 900.0);
+  const std::pair<EndCondition, EndCondition> ends[] = {{EndCondition::clamped, EndCondition::clamped},
+                                                        {EndCondition::pinned, EndCondition::pinned},
+                                                        {EndCondition::pinned, EndCondition::free}};
+  for (const auto& [start, end] : ends) {
+    Body body = testing::spline_wire();
+    body.start = start;
+    body.end = end;
+    body.material.rayleigh = {1.5, 5e-6};
+    const Model model = assemble(body, 10);
+    std::vector<Measurement> measurements = {{SupportForce{End::start}, all_axes},
+                                             {PointDisplacement{0.7}, all_axes}};
+    if (end != EndCondition::free) measurements.push_back({SupportForce{End::end}, all_axes});
+    for (std::size_t d = 0; d < std::size(drives); ++d) {
+      if (d == 1 && end == EndCondition::free) continue;
+      for (const Measurement& measurement : measurements) {
+        for (const Damping damping : {Damping::structural, Damping::viscous}) {
+          const MatrixXcd many = harmonic_response(model, drives[d], measurement, f, {damping}).response;
+          for (const long i : {0L, 7L, 31L, 59L}) {
+            // Rounding of the factorisation: at 2 Hz the inertia of a body moved as a whole is 1e-10 of its
+            // stiffness.
+            const double tolerance = i == 0 ? 1e-8 : 2e-10;
+            const MatrixXcd one =
+                harmonic_response(model, drives[d], measurement, lines({f(i)}), {damping}).response;
+            EXPECT_LT((many.row(i) - one).norm(), tolerance * one.norm()) << f(i) << " Hz, drive " << d;
+          }
+        }
+      }
+    }
+  }
+}
+
 TEST(Harmonic, UndampedLinesBetweenResonancesAreRealAndExact) {
   Body body = testing::straight_wire();
   body.material.loss_factor = constant_law(0.0);
