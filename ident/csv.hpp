@@ -31,10 +31,9 @@ class CsvReader {
   /// The next row's fields, valid until the next call; false at the end.
   bool next(std::vector<std::string_view>& fields);
   /// The next row's numbers, for long files: the one in column i goes to numbers[slots[i]], columns with a
-  /// negative slot are
-  /// not looked into; `slots` has an entry per column. `first` becomes the text behind numbers[0], valid
-  /// until the next call. Faults as in number().
-  bool next_numbers(const std::vector<int>& slots, std::vector<double>& numbers, std::string_view& first);
+  /// negative slot are not looked into; `slots` has an entry per column. `last_digit` becomes the power of
+  /// ten of the last digit that numbers[0] was written with. Faults as in number().
+  bool next_numbers(const std::vector<int>& slots, std::vector<double>& numbers, int& last_digit);
   /// Number of the row's line in the file, from 1.
   long line() const;
   /// A field as a finite number; Error with file, line and column name for text, an empty field, NaN,
@@ -45,7 +44,7 @@ class CsvReader {
   bool accept(const char* text, std::vector<std::string_view>& fields);
   template <class Format>
   bool read_numbers(const Format& format, const std::vector<int>& slots, std::vector<double>& numbers,
-                    std::string_view& first);
+                    int& last_digit);
 
   struct State;
   std::unique_ptr<State> state_;

@@ -3,8 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
-#include <charconv>
 #include <cmath>
 #include <cstdio>
 
@@ -14,36 +12,6 @@
 
 namespace struna::ident {
 namespace {
-
-/// The place value of the last digit written: 1e-3 for "0.125", 10 for "1.2e2".
-double written_resolution(std::string_view text) {
-  const auto exponent_at = text.find_first_of("eE");
-  int exponent = 0;
-  if (exponent_at != std::string_view::npos) {
-    const char* begin = text.data() + exponent_at + 1;
-    const char* end = text.data() + text.size();
-    if (begin < end && *begin == '+') ++begin;
-    std::from_chars(begin, end, exponent);
-  }
-  const std::string_view mantissa = trimmed(text.substr(0, exponent_at));
-  const auto point = mantissa.find_first_of(".,");
-  const int decimals = point == std::string_view::npos ? 0 : static_cast<int>(mantissa.size() - point - 1);
-  return std::pow(10.0, exponent - decimals);
-}
-
-/// A copy of a field that survives its line; longer ones than any sensible time are cut.
-class LastText {
- public:
-  LastText() = default;
-  explicit LastText(std::string_view text) : size_(std::min(text.size(), text_.size())) {
-    std::copy_n(text.data(), size_, text_.data());
-  }
-  std::string_view view() const { return {text_.data(), size_}; }
-
- private:
-  std::array<char, 32> text_{};
-  std::size_t size_ = 0;
-};
 
 /// Watches a time column: increasing, uniform.
 class Clock {
@@ -65,19 +33,21 @@ class Clock {
     }
   }
 
-  /// `text` is what the number of the time column was read from.
-  void tick(const CsvReader& csv, double number, std::string_view text) {
+  /// `last_digit` is the power of ten of the last digit that the time was written with.
+  void tick(const CsvReader& csv, double number, int last_digit) {
     const double time = number * to_si_;
+    last_digit_ = last_digit;
     if (rows_ == 0) {
       start_ = time;
     } else {
+      // Against the mean step so far, without a division per row.
       const double step = time - now_;
-      const double expected = rows_ == 1 ? step : mean_step();
-      if (!(step > 0.0) || std::abs(step - expected) > 0.01 * expected)
-        examine(csv, text, time, step, expected);
+      const double steps = rows_ == 1 ? 1.0 : static_cast<double>(rows_ - 1);
+      const double span = rows_ == 1 ? step : now_ - start_;
+      if (!(step > 0.0) || std::abs(step * steps - span) > 0.01 * span)
+        examine(csv, time, step, span / steps);
     }
     now_ = time;
-    last_text_ = LastText(text);
     ++rows_;
   }
 
@@ -89,14 +59,17 @@ class Clock {
     const double mean = mean_step();
     if (rows_ < 2 || mean > 1.0) return mean;
     const double whole = 1.0 / std::round(1.0 / mean);
-    const double unresolved = written_resolution(last_text_.view()) * to_si_ / static_cast<double>(rows_ - 1);
+    const double unresolved = written_resolution() / static_cast<double>(rows_ - 1);
     return std::abs(whole - mean) <= unresolved ? whole : mean;
   }
 
  private:
   double mean_step() const { return rows_ < 2 ? 0.0 : (now_ - start_) / static_cast<double>(rows_ - 1); }
 
-  void examine(const CsvReader& csv, std::string_view text, double time, double step, double expected) const {
+  /// The place value of the last digit written [s].
+  double written_resolution() const { return std::pow(10.0, last_digit_) * to_si_; }
+
+  void examine(const CsvReader& csv, double time, double step, double expected) const {
     if (!(step > 0.0))
       throw Error(
           csv.file(), csv.line(),
@@ -106,7 +79,7 @@ class Clock {
               now_, time));
     // Both times of the step are rounded, and so are the ends of the span behind the expected one.
     constexpr double single_precision = 6e-8;
-    const double rounding = written_resolution(text) * to_si_ + 2.0 * single_precision * std::abs(time);
+    const double rounding = written_resolution() + 2.0 * single_precision * std::abs(time);
     const double unresolved = rounding * (1.0 + 1.0 / static_cast<double>(std::max(1L, rows_ - 1)));
     if (std::abs(step - expected) <= 0.01 * expected + std::min(unresolved, 0.75 * expected)) return;
     throw Error(
@@ -121,7 +94,7 @@ class Clock {
   long rows_ = 0;
   double start_ = 0.0;
   double now_ = 0.0;
-  LastText last_text_;
+  int last_digit_ = 0;
 };
 
 void check(const std::string& name, const ChannelCorrection& correction) {
@@ -144,7 +117,7 @@ struct RecordReader::State {
   std::vector<int> slots;       ///< of each column in the file: 0 time, k + 1 channel k, -1 none
   std::vector<double> numbers;  ///< of a row, by slot
   std::vector<ChannelWatch> watches;
-  std::string_view time_text;
+  int time_digit = 0;
 
   explicit State(const std::string& file)
       : csv(file), clock(csv, file), slots(csv.header().size(), -1), numbers(1) {
@@ -206,8 +179,8 @@ long RecordReader::read(Eigen::MatrixXd& block, long rows) {
   const long columns = static_cast<long>(state.channels.size());
   if (block.rows() < rows || block.cols() != columns) block.resize(rows, columns);
   long row = 0;
-  while (row < rows && state.csv.next_numbers(state.slots, state.numbers, state.time_text)) {
-    state.clock.tick(state.csv, state.numbers[0], state.time_text);
+  while (row < rows && state.csv.next_numbers(state.slots, state.numbers, state.time_digit)) {
+    state.clock.tick(state.csv, state.numbers[0], state.time_digit);
     for (long k = 0; k < columns; ++k)
       block(row, k) =
           state.factors[static_cast<std::size_t>(k)] * state.numbers[static_cast<std::size_t>(k + 1)];

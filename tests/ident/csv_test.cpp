@@ -28,9 +28,9 @@ std::vector<double> read_fields(const std::string& file) {
 std::vector<double> read_numbers(const std::string& file) {
   CsvReader csv(file);
   std::vector<double> number(1);
-  std::string_view text;
+  int last_digit = 0;
   std::vector<double> values;
-  while (csv.next_numbers({0}, number, text)) values.push_back(number[0]);
+  while (csv.next_numbers({0}, number, last_digit)) values.push_back(number[0]);
   return values;
 }
 
@@ -104,9 +104,9 @@ TEST(Csv, WindowsLinesByteOrderMarksQuotesAndMissingLastLineEndAreRead) {
   EXPECT_EQ(csv.header()[0].name, "x");
   EXPECT_EQ(csv.header()[1].unit, "N");
   std::vector<double> row(2);
-  std::string_view text;
+  int last_digit = 0;
   double sum = 0;
-  while (csv.next_numbers({1, 0}, row, text)) sum += row[0] * 10 + row[1];
+  while (csv.next_numbers({1, 0}, row, last_digit)) sum += row[0] * 10 + row[1];
   EXPECT_EQ(sum, (2 + 4 + 6) * 10 + 1 + 3 + 5);
 }
 
@@ -114,13 +114,30 @@ TEST(Csv, ColumnsThatAreNotWantedAreNotRead) {
   const tests::Folder folder;
   CsvReader csv(folder.write("notes.csv", "x,note,y\n1,hello,2\n3,,4\n"));
   std::vector<double> row(2);
-  std::string_view text;
-  ASSERT_TRUE(csv.next_numbers({0, -1, 1}, row, text));
+  int last_digit = 0;
+  ASSERT_TRUE(csv.next_numbers({0, -1, 1}, row, last_digit));
   EXPECT_EQ(row[1], 2.0);
-  EXPECT_EQ(text, "1");
-  ASSERT_TRUE(csv.next_numbers({0, -1, 1}, row, text));
+  EXPECT_EQ(last_digit, 0);
+  ASSERT_TRUE(csv.next_numbers({0, -1, 1}, row, last_digit));
   EXPECT_EQ(row[1], 4.0);
-  EXPECT_FALSE(csv.next_numbers({0, -1, 1}, row, text));
+  EXPECT_FALSE(csv.next_numbers({0, -1, 1}, row, last_digit));
+}
+
+TEST(CsvReader, TellsThePlaceOfTheLastDigitHoweverANumberIsWritten) {
+  const tests::Folder folder;
+  const std::pair<const char*, int> cases[] = {
+      {"0", 0},           {"120", 0},     {"0.125", -3}, {"1.2e2", 1}, {"1.25e-05", -7},
+      {"-3.", 0},         {" 0.5 ", -1},  {"+0.25", -2}, {"1E3", 3},   {"0.12345678901234567", -17},
+      {"0.00001234", -8}, {"1.50000", -5}};
+  std::string content = "time [s]\n";
+  for (const auto& [text, place] : cases) content += std::string(text) + "\n";
+  CsvReader csv(folder.write("places.csv", content));
+  std::vector<double> number(1);
+  for (const auto& [text, place] : cases) {
+    int last_digit = 99;
+    ASSERT_TRUE(csv.next_numbers({0}, number, last_digit)) << text;
+    EXPECT_EQ(last_digit, place) << text;
+  }
 }
 
 TEST(Csv, SemicolonsTabsAndDecimalCommasReadAsTheSameNumbers) {
@@ -144,17 +161,16 @@ TEST(Csv, SemicolonsTabsAndDecimalCommasReadAsTheSameNumbers) {
       EXPECT_EQ(by_number.header()[2].unit, "m");
       std::vector<double> numbers(3);
       std::vector<std::string_view> fields;
-      std::string_view text;
+      int last_digit = 0;
       for (const auto& row : rows) {
-        ASSERT_TRUE(by_number.next_numbers({0, -1, 1, 2}, numbers, text)) << content;
+        ASSERT_TRUE(by_number.next_numbers({0, -1, 1, 2}, numbers, last_digit)) << content;
         ASSERT_TRUE(by_field.next(fields)) << content;
-        EXPECT_EQ(text.size(), row[0].size());
         for (std::size_t k = 0; k < 3; ++k) {
           EXPECT_EQ(numbers[k], std::strtod(row[k].c_str(), nullptr)) << content;
           EXPECT_EQ(by_field.number(fields, k == 0 ? 0 : static_cast<int>(k) + 1), numbers[k]) << content;
         }
       }
-      EXPECT_FALSE(by_number.next_numbers({0, -1, 1, 2}, numbers, text));
+      EXPECT_FALSE(by_number.next_numbers({0, -1, 1, 2}, numbers, last_digit));
     }
   }
 }
@@ -163,8 +179,8 @@ TEST(Csv, TabsBesideCommasAreBlanks) {
   const tests::Folder folder;
   CsvReader csv(folder.write("blanks.csv", "x [m],\ty [N]\n1,\t2.5\n"));
   std::vector<double> row(2);
-  std::string_view text;
-  ASSERT_TRUE(csv.next_numbers({0, 1}, row, text));
+  int last_digit = 0;
+  ASSERT_TRUE(csv.next_numbers({0, 1}, row, last_digit));
   EXPECT_EQ(row[1], 2.5);
 }
 
@@ -182,9 +198,9 @@ TEST(Csv, LongFilesCrossTheReadersBlocksUnharmed) {
   for (long i = 0; i < rows; ++i) content += std::to_string(i) + ",0.123456789\n";
   CsvReader csv(folder.write("long.csv", content));
   std::vector<double> row(2);
-  std::string_view text;
+  int last_digit = 0;
   long i = 0;
-  for (; csv.next_numbers({0, 1}, row, text); ++i) ASSERT_EQ(row[0], static_cast<double>(i));
+  for (; csv.next_numbers({0, 1}, row, last_digit); ++i) ASSERT_EQ(row[0], static_cast<double>(i));
   EXPECT_EQ(i, rows);
   EXPECT_EQ(csv.line(), rows + 1);
 }
@@ -218,8 +234,8 @@ TEST(Csv, FaultsOfTheFileNameFileLineAndCure) {
         CsvReader csv(file);
         std::vector<std::string_view> fields;
         std::vector<double> row(2);
-        std::string_view text;
-        while (numbers ? csv.next_numbers({0, 1}, row, text) : csv.next(fields))
+        int last_digit = 0;
+        while (numbers ? csv.next_numbers({0, 1}, row, last_digit) : csv.next(fields))
           if (!numbers) csv.number(fields, 1);
         ADD_FAILURE() << fault.content;
       } catch (const Error& error) {
