@@ -105,6 +105,7 @@ void add_commands(CLI::App& app) {
   add_fit(app);
   add_predict(app);
   add_compare(app);
+  add_variation(app);
   add_identify(app);
   add_eigen(app);
   add_simulate(app);

@@ -12,6 +12,7 @@ void add_modes(CLI::App& app);
 void add_fit(CLI::App& app);
 void add_predict(CLI::App& app);
 void add_compare(CLI::App& app);
+void add_variation(CLI::App& app);
 void add_identify(CLI::App& app);
 void add_eigen(CLI::App& app);
 void add_simulate(CLI::App& app);

@@ -2,7 +2,9 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 
+#include "ident/csv.hpp"
 #include "ident/mode_file.hpp"
 #include "tests/flow/program.hpp"
 
@@ -53,6 +55,36 @@ TEST_P(HammerHit, MeetsThePublishedModes) {
 INSTANTIATE_TEST_SUITE_P(Ladisk, HammerHit,
                          testing::Values(Hit{"hit_1.csv", ""}, Hit{"hit_1.csv", " --band 500:4000"},
                                          Hit{"hit_2.csv", " --band 500:4000"}));
+
+TEST(HammerHits, AgreeAndWhatExceedsTheirErrorsIsToldAsVariation) {
+  const Folder folder;
+  for (const std::string hit : {"hit_1", "hit_2"}) {
+    modes_of_hit(folder, hit + ".csv", " --band 500:4000");
+    std::filesystem::rename(folder / "modes.csv", folder / (hit + ".csv"));
+  }
+  const auto run = run_struna("variation hit_1.csv hit_2.csv -o variation.csv", folder);
+  ASSERT_EQ(run.exit_code, 0) << run.err;
+  ident::CsvReader csv((folder / "variation.csv").string());
+  std::vector<std::string_view> fields;
+  int published = 0, varying = 0;
+  while (csv.next(fields)) {
+    const auto value = [&](const char* name) { return csv.number(fields, csv.column(name)); };
+    const double f = value("natural_frequency");
+    for (const double known : {695.0, 1897.5, 2777.3, 3671.2}) {
+      if (std::abs(f / known - 1.0) > 2e-3 || value("sets") < 2.0) continue;
+      ++published;
+      EXPECT_LT(value("natural_frequency_largest") / f, 2e-4) << f;
+      EXPECT_LT(value("loss_factor_largest") / value("loss_factor"), 0.06) << f;
+      const bool varies =
+          value("natural_frequency_probability") < 0.05 || value("loss_factor_probability") < 0.05;
+      varying += varies ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(published, 4);
+  // The hits differ by more than their noise: the beam was struck at slightly other places and strengths.
+  EXPECT_GT(varying, 0);
+  EXPECT_NE(run.out.find("vary by more than their standard errors explain"), std::string::npos);
+}
 
 // Published circle fit of one analyser function with one line per half-power band.
 TEST(AnalyserFunction, MeetsThePublishedCircleFit) {
