@@ -154,6 +154,13 @@ fem::Contact read_contact(TomlTable& table, const fem::Scene& scene) {
     }
   }
   contact.gap = table.positive("gap");
+  contact.place = table.place();
+  if (!table.has("stiffness")) {
+    throw table.error("stiffness", "is missing and must be given" + table.misspelling_of("stiffness") +
+                                       "; how hard the wall is in N/m: 1e5 for a rubber band, 1e6 and more "
+                                       "for metal, for a wall that does not give law = \"hard_stop\" "
+                                       "(its lasting contacts need a stiffness, 1e6 say)");
+  }
   contact.stiffness = table.positive("stiffness");
   contact.damping = table.not_negative("damping", 0.0);
   contact.law = table.choice<fem::ContactLaw>("law",
@@ -244,10 +251,12 @@ fem::Simulation read_simulation(TomlTable table) {
                                                simulation.tolerance));
   }
   simulation.step = table.positive("step", simulation.step);
-  simulation.contact_substeps = table.integer("contact_substeps", simulation.contact_substeps);
-  if (simulation.contact_substeps < 1) {
-    throw table.error("contact_substeps",
-                      fmt::format("must be at least 1, got {}", simulation.contact_substeps));
+  if (table.has("contact_substeps")) {
+    simulation.contact_substeps = table.integer("contact_substeps", 0);
+    if (*simulation.contact_substeps < 1) {
+      throw table.error("contact_substeps",
+                        fmt::format("must be at least 1, got {}", *simulation.contact_substeps));
+    }
   }
   simulation.method = table.choice<fem::IntegrationMethod>(
       "method", {{"modal", fem::IntegrationMethod::modal}, {"newmark", fem::IntegrationMethod::newmark}},

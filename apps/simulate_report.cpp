@@ -230,6 +230,7 @@ json energy_json(const fem::SimulationReport& report) {
           {"contactStored", number(energy.contact_stored)},
           {"bodyDissipated", number(energy.body_dissipated)},
           {"contactDissipated", number(energy.contact_dissipated)},
+          {"staticJumps", number(energy.static_jumps)},
           {"imbalance", number(energy.imbalance(), 3)}};
 }
 

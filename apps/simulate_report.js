@@ -383,7 +383,8 @@
     const [unit, factor] = readableUnit('J', Math.abs(e.initial + e.input));
     const rows = [
       ['put in by the motion', e.input], ['at the start', e.initial], ['dissipated in the bodies', e.bodyDissipated], ['dissipated in contact', e.contactDissipated],
-      ['kinetic, at the end', e.kinetic], ['strain, at the end', e.strain], ['stored in contact, at the end', e.contactStored], ['imbalance', e.imbalance]
+      ['kinetic, at the end', e.kinetic], ['strain, at the end', e.strain], ['stored in contact, at the end', e.contactStored],
+      ...(e.staticJumps ? [['taken by jumps of the static modes', e.staticJumps]] : []), ['imbalance', e.imbalance]
     ];
     const given = e.initial + e.input;
     const share = (value) => (given !== 0 ? value / given : NaN);

@@ -338,6 +338,10 @@ Error TomlTable::error(const std::string& key, const toml::node& at, const std::
   return {file_, line_of(at), name(key) + " " + message};
 }
 
+std::string TomlTable::place() const {
+  return fmt::format("{}:{}", file_, line());
+}
+
 Error TomlTable::error(const std::string& message) const {
   return {file_, line(), (path_.empty() ? "" : path_ + ": ") + message};
 }

@@ -78,6 +78,8 @@ class TomlTable {
   /// An Error about the table as a whole: "FILE:LINE: PATH: MESSAGE".
   Error error(const std::string& message) const;
   const std::string& file() const { return file_; }
+  /// "FILE:LINE" of the table.
+  std::string place() const;
 
  private:
   const toml::array& array(const std::string& key, const std::string& of);

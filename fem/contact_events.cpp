@@ -167,11 +167,7 @@ ContactPhase phase_of(const ContactForceLaw& law, double penetration, double rat
 
 double phase_force(const ContactForceLaw& law, ContactPhase phase, double penetration, double rate) {
   if (!transmits(phase)) return 0.0;
-  if (phase == ContactPhase::unloading) return law.stiffness * penetration;
-  if (law.kind == ContactLaw::hunt_crossley) {
-    return penetration * (law.stiffness + law.damping / law.damping_length * rate);
-  }
-  return law.stiffness * penetration + law.damping * rate;
+  return spring_and_dashpot(law, penetration, phase == ContactPhase::unloading ? 0.0 : rate);
 }
 
 }  // namespace struna::fem

@@ -99,23 +99,6 @@ std::optional<double> PlaneCut::nearest(const Eigen::Vector3d& point, const Eige
   return best;
 }
 
-std::optional<double> PlaneCut::follow(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
-                                       double start) const {
-  const double length = curve_.length();
-  double s = std::clamp(start, 0.0, length);
-  for (int k = 0; k < 20; ++k) {
-    const CurvePoint at = curve_.at(s);
-    const double slope = at.tangent.dot(normal);
-    if (std::abs(slope) < 1e-3) return std::nullopt;  // the plane nearly holds the curve
-    const double next = s - (at.position - point).dot(normal) / slope;
-    if (next < -1e-12 * length || next > length * (1.0 + 1e-12)) return std::nullopt;
-    const double held = std::clamp(next, 0.0, length);
-    if (std::abs(held - s) <= 1e-14 * length) return held;
-    s = held;
-  }
-  return std::nullopt;
-}
-
 std::vector<ContactPair> contact_pairs(const Model& inside, const Model& outside) {
   const int outside_elements = static_cast<int>(outside.arc_length.size()) - 1;
   const PlaneCut cut(outside.body.centreline, std::max(256, 8 * outside_elements));
@@ -142,12 +125,16 @@ std::vector<ContactPair> contact_pairs(const Model& inside, const Model& outside
   return pairs;
 }
 
+std::string point_name(const std::vector<ContactPoint>& points, std::size_t index) {
+  return points[index].name.empty() ? fmt::format("contact point {}", index) : points[index].name;
+}
+
 void validate(const std::vector<ContactPoint>& points, const std::vector<int>& coordinates) {
   const int bodies = static_cast<int>(coordinates.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
     const ContactPoint& point = points[i];
     const auto fail = [&](const std::string& what) {
-      throw Error(fmt::format("contact point {}: {}", i, what));
+      throw Error(fmt::format("{}: {}", point_name(points, i), what));
     };
     validate(point.law);
     if (!(point.gap > 0.0) || !std::isfinite(point.gap)) {

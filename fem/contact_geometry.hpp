@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "fem/contact_law.hpp"
@@ -17,10 +18,6 @@ class PlaneCut {
   /// The cut nearest to `point` of the plane through it normal to `normal`; none when the plane misses the
   /// curve. Bracketed Newton in arc length, to rounding. A cut within rounding of an end of the curve counts.
   std::optional<double> nearest(const Eigen::Vector3d& point, const Eigen::Vector3d& normal) const;
-  /// The cut that continues `start`: Newton from there, for points that slide a little. None when it leaves
-  /// the curve or does not settle.
-  std::optional<double> follow(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
-                               double start) const;
 
  private:
   Centreline curve_;
@@ -67,7 +64,11 @@ struct ContactPoint {
   Eigen::Vector2d motion = Eigen::Vector2d::Zero();       ///< dh/du of the prescribed motion u
   Eigen::MatrixX2d inside;                                ///< coordinates of the inside body x 2
   Eigen::MatrixX2d outside;                               ///< of the outside body x 2; empty for the ground
+  std::string name = {};                                  ///< in messages; empty: "contact point 0"
 };
+
+/// What messages call points[index].
+std::string point_name(const std::vector<ContactPoint>& points, std::size_t index);
 
 /// Throws Error naming the point, field, rule and value; `coordinates` counts each body's.
 void validate(const std::vector<ContactPoint>& points, const std::vector<int>& coordinates);

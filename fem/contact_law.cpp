@@ -40,23 +40,27 @@ void validate(const ContactForceLaw& law) {
   }
 }
 
-double contact_force(const ContactForceLaw& law, double penetration, double rate) {
-  if (penetration <= 0.0) return 0.0;
-  const double spring = law.stiffness * penetration;
-  switch (law.kind) {
-    case ContactLaw::approach:
-      return spring + law.damping * std::max(rate, 0.0);
-    case ContactLaw::hunt_crossley:
-      return std::max(0.0, spring + law.damping * penetration / law.damping_length * rate);
-    case ContactLaw::no_adhesion:
-    case ContactLaw::hard_stop:
-      return std::max(0.0, spring + law.damping * rate);
-  }
-  throw Error("contact_force: unknown law");
+double dashpot(const ContactForceLaw& law, double penetration) {
+  return law.kind == ContactLaw::hunt_crossley ? law.damping / law.damping_length * penetration : law.damping;
 }
 
-double contact_energy(const ContactForceLaw& law, double penetration) {
-  return penetration > 0.0 ? 0.5 * law.stiffness * penetration * penetration : 0.0;
+double spring_and_dashpot(const ContactForceLaw& law, double penetration, double rate) {
+  return law.stiffness * penetration + dashpot(law, penetration) * rate;
+}
+
+double spring_and_dashpot_slope(const ContactForceLaw& law, double rate) {
+  // The dashpot is constant or proportional to g.
+  return law.stiffness + (dashpot(law, 1.0) - dashpot(law, 0.0)) * rate;
+}
+
+double spring_energy(const ContactForceLaw& law, double penetration) {
+  return 0.5 * law.stiffness * penetration * penetration;
+}
+
+double contact_force(const ContactForceLaw& law, double penetration, double rate) {
+  if (penetration <= 0.0) return 0.0;
+  if (law.kind == ContactLaw::approach) return spring_and_dashpot(law, penetration, std::max(rate, 0.0));
+  return std::max(0.0, spring_and_dashpot(law, penetration, rate));
 }
 
 double approach_restitution(double damping_ratio) {

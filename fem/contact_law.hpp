@@ -30,11 +30,20 @@ ContactForceLaw contact_force_law(const Contact& contact);
 /// Throws Error unless k > 0, c >= 0, l > 0, 0 <= r <= 1.
 void validate(const ContactForceLaw& law);
 
-/// Force [N]; 0 for g <= 0.
-double contact_force(const ContactForceLaw& law, double penetration, double rate);
+/// Coefficient of g' in the force at penetration g [N s/m]: c; hunt_crossley: c g/l.
+double dashpot(const ContactForceLaw& law, double penetration);
 
-/// Elastic energy [J]: k g^2/2, 0 for g <= 0.
-double contact_energy(const ContactForceLaw& law, double penetration);
+/// k g + dashpot(g) g' [N], where the law lets both act.
+double spring_and_dashpot(const ContactForceLaw& law, double penetration, double rate);
+
+/// Its derivative with respect to g at constant g' [N/m].
+double spring_and_dashpot_slope(const ContactForceLaw& law, double rate);
+
+/// What the compressed spring holds, k g^2/2 [J].
+double spring_energy(const ContactForceLaw& law, double penetration);
+
+/// The law's force [N]; 0 for g <= 0.
+double contact_force(const ContactForceLaw& law, double penetration, double rate);
 
 /// Coefficient of restitution of a free mass m against the stop, at damping ratio zeta = c/(2 sqrt(k m)):
 /// approach: exp(-(zeta/s) acos zeta), s = sqrt(1 - zeta^2); beyond 1 with acosh.

@@ -33,7 +33,7 @@ Springs springs_at(const std::vector<ClosedContact>& contacts, int d, const Vect
       turning = penetration / distance;
     }
     const double k = c.law->stiffness;
-    springs.energy += 0.5 * k * penetration * penetration;
+    springs.energy += spring_energy(*c.law, penetration);
     for (int s = 0; s < d; ++s) springs.force[at + s] = k * penetration * normal[s];
     springs.slope[i] = k * (1.0 - turning) * normal * normal.transpose();
     springs.slope[i].diagonal().array() += k * turning;

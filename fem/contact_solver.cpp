@@ -20,22 +20,17 @@ double mean_penetration(const ClosedContact& c) {
 
 /// Coefficient of g' in the force, at the mean penetration of the step [N s/m].
 double mean_damping(const ClosedContact& c) {
-  if (c.phase == ContactPhase::unloading) return 0.0;
-  if (c.law->kind != ContactLaw::hunt_crossley) return c.law->damping;
-  return c.law->damping / c.law->damping_length * mean_penetration(c);
+  return c.phase == ContactPhase::unloading ? 0.0 : dashpot(*c.law, mean_penetration(c));
 }
 
 ForceAndSlope mean_force(const ClosedContact& c, double step) {
-  const double rate = (c.end_penetration - c.prior_penetration) / step;
-  const double damping = mean_damping(c);
-  double stiffness = c.law->stiffness;
+  const bool damped = c.phase != ContactPhase::unloading;
+  const double rate = damped ? (c.end_penetration - c.prior_penetration) / step : 0.0;
   ForceAndSlope law;
-  law.force = stiffness * mean_penetration(c) + damping * rate;
-  if (c.law->kind == ContactLaw::hunt_crossley && c.phase != ContactPhase::unloading) {
-    stiffness += c.law->damping / c.law->damping_length * rate;
-  }
-  law.start_slope = 0.5 * stiffness;
-  law.slope = law.start_slope + damping / step;
+  law.force = spring_and_dashpot(*c.law, mean_penetration(c), rate);
+  // Over the mean penetration, in which the start and the end count half; the end moves the rate as well.
+  law.start_slope = 0.5 * spring_and_dashpot_slope(*c.law, rate);
+  law.slope = law.start_slope + mean_damping(c) / step;
   return law;
 }
 

@@ -223,14 +223,13 @@ void ModalStepper::State::accept(const StepTable& table, double end_time, bool c
   }
   if (system_.static_flexibility.size()) {
     // Static modes jump with the force at the start of a step, and the contact's springs with them. They have
-    // no mass to carry what is lost in that: it counts as heat.
+    // no mass to carry what is lost or won in that.
     const RowMatrix& flexibility = system_.static_flexibility;
-    energy_.body_dissipated += 0.5 * (point_force_.dot(flexibility * point_force_) -
+    energy_.static_jumps += 0.5 * (point_force_.dot(flexibility * point_force_) -
                                       next_point_force_.dot(flexibility * next_point_force_));
     for (const ClosedContact& closed : closed_) {
-      energy_.body_dissipated += 0.5 * closed.law->stiffness *
-                                 (closed.prior_penetration * closed.prior_penetration -
-                                  closed.start_penetration * closed.start_penetration);
+      energy_.static_jumps += spring_energy(*closed.law, closed.prior_penetration) -
+                                 spring_energy(*closed.law, closed.start_penetration);
     }
   }
   for (int i = 0; i < point_count(); ++i) {
@@ -249,9 +248,9 @@ void ModalStepper::State::accept(const StepTable& table, double end_time, bool c
     report_.largest_penetration = std::max(report_.largest_penetration, now_.penetration.maxCoeff());
     const double displacement = (now_.offset - system_.rest).cwiseAbs().maxCoeff();
     report_.largest_displacement = std::max(report_.largest_displacement, displacement);
-    if (!std::isfinite(displacement)) {
-      throw Error(fmt::format("ModalStepper: the solution is not finite at t = {} s", time_));
-    }
+  }
+  if (!std::isfinite(now_.q.sum())) {
+    throw Error(fmt::format("ModalStepper: the solution is not finite at t = {} s", time_));
   }
 }
 

@@ -89,6 +89,7 @@ void ModalStepper::State::fire(int point, ContactEvent::Kind kind) {
     strike(point, speed);
   } else {
     phase_[point] = phase_after(kind, law, speed);
+    report_.lasting_contacts += kind == ContactEvent::Kind::touch && law.kind == ContactLaw::hard_stop;
   }
   // A spring that stops acting takes what it holds along (and brings it back when the force resumes); at
   // touch and opening that is the rounding of the event's place.
@@ -102,7 +103,7 @@ void ModalStepper::State::fire(int point, ContactEvent::Kind kind) {
 
 double ModalStepper::State::stored_energy(int point) const {
   if (!transmits(phase_[point])) return 0.0;
-  return 0.5 * points_[point].law.stiffness * now_.penetration[point] * now_.penetration[point];
+  return spring_energy(points_[point].law, now_.penetration[point]);
 }
 
 /// A contact so stiff that it swings within the time to which its touch is known would return a wrong speed.
@@ -110,10 +111,11 @@ void ModalStepper::State::check_resolved(int point) const {
   const double frequency = std::sqrt(points_[point].law.stiffness * mobility(point));
   if (frequency * control_.event_slack() < 1e-3) return;
   throw Error(
-      fmt::format("ModalStepper: contact point {} is too stiff to resolve ({} N/m, {:.2g} rad/s against "
+      fmt::format("ModalStepper: {} is too stiff to resolve ({} N/m, {:.2g} rad/s against "
                   "events located to "
                   "{:.1g} s); lower the stiffness or take the law hard_stop",
-                  point, points_[point].law.stiffness, frequency, control_.event_slack()));
+                  point_name(points_, static_cast<std::size_t>(point)), points_[point].law.stiffness,
+                  frequency, control_.event_slack()));
 }
 
 /// Newton's impact: the impulse that turns the approach speed v into -r v.

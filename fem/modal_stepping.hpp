@@ -55,8 +55,11 @@ struct EnergyLedger {
   double contact_stored = 0.0;
   double body_dissipated = 0.0;
   double contact_dissipated = 0.0;
+  double static_jumps =
+      0.0;  ///< taken (or given: negative) where modes without mass follow a force that jumps
   double imbalance() const {
-    return initial + input - kinetic - strain - contact_stored - body_dissipated - contact_dissipated;
+    return initial + input - kinetic - strain - contact_stored - body_dissipated - contact_dissipated -
+           static_jumps;
   }
 };
 
@@ -65,6 +68,7 @@ struct StepReport {
   long contact_steps = 0;
   long rejected_steps = 0;  ///< repeated: an event inside, or the estimated error too large
   long events = 0;
+  long lasting_contacts = 0;          ///< impacts on a hard stop that became lasting contacts
   int modes = 0;                      ///< stepped exactly
   int static_modes = 0;               ///< represented by their static flexibility
   int idle_modes = 0;                 ///< never excited: left out (a wire shaken in one plane)

@@ -135,9 +135,8 @@ NewmarkStepper::State::State(std::vector<NodalBody> bodies, std::vector<ContactP
   validate(points_, dof);
   for (std::size_t i = 0; i < points_.size(); ++i) {
     if (points_[i].law.kind == ContactLaw::hard_stop) {
-      fail(fmt::format(
-          "contact point {}: hard_stop needs located impacts; use the modal method, or a stiff no_adhesion",
-          i));
+      fail(fmt::format("{}: hard_stop needs located impacts; use the modal method, or a stiff no_adhesion",
+                       point_name(points_, i)));
     }
   }
   next_ = now_;

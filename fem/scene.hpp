@@ -54,6 +54,7 @@ struct Contact {
   double damping = 0.0;    ///< [N s/m]
   ContactLaw law = ContactLaw::approach;
   double restitution = 1.0;  ///< hard_stop only, 0..1
+  std::string place;         ///< "FILE:LINE" of the scene file that asks for it; empty: made by a program
 };
 
 struct Excitation {
@@ -77,7 +78,7 @@ struct Simulation {
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  ///< [m/s^2]
   double tolerance = 1e-3;
   double step = 0.0;  ///< [s]; 0: from the tolerance
-  int contact_substeps = 5;
+  std::optional<int> contact_substeps;  ///< parts of a fixed step while in contact; 5 where not given
   IntegrationMethod method = IntegrationMethod::modal;
   double sample_rate = 10000.0;  ///< [Hz] of the records written
 };

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "fem/accuracy_choice.hpp"
+#include "fem/causal_distance.hpp"
 #include "fem/error.hpp"
 #include "fem/newmark.hpp"
 #include "fem/sampled_run.hpp"
@@ -81,6 +82,31 @@ class NewmarkRun final : public Stepper {
   NewmarkStepper stepper_;
 };
 
+/// Keeps what is to be told, each once, and passes it on at once.
+class Warner {
+ public:
+  Warner(std::vector<std::string>& kept, const SimulationWarning& tell) : kept_(kept), tell_(tell) {}
+  void operator()(const std::string& warning) const {
+    if (warning.empty() || std::find(kept_.begin(), kept_.end(), warning) != kept_.end()) return;
+    kept_.push_back(warning);
+    if (tell_) tell_(warning);
+  }
+
+ private:
+  std::vector<std::string>& kept_;
+  const SimulationWarning& tell_;
+};
+
+/// What a run is given besides the scene.
+struct RunContext {
+  const Scene& scene;
+  SimulationPlan& plan;
+  const MotionHistory& motion;
+  const SimulationProgress& progress;
+  const Warner& warn;
+  TimeResponse& response;
+};
+
 /// Gravity, or bodies that press on each other as drawn: the run starts from the static rest.
 bool starts_settled(const Scene& scene, const SimulationPlan& plan, bool contact) {
   return !scene.simulation->gravity.isZero(0.0) || (contact && plan.overlap > 0.0);
@@ -117,11 +143,33 @@ Sampling sampling_of(const Simulation& simulation, double highest_hz, double wan
   return sampling;
 }
 
+/// What the filter takes out of the band that drives the scene.
+void warn_of_filter(const RunContext& run, const Sampling& sampling, bool contact) {
+  const Simulation& simulation = *run.scene.simulation;
+  const double highest_hz = run.motion.highest_hz();
+  const bool filtered = sampling.filter && sampling.oversampling > 1;
+  if (!filtered && (contact || exceeds_records(simulation, highest_hz))) {
+    run.warn(
+        fmt::format("the step of {:g} s is as long as a sample of the records: frequencies above {:g} "
+                    "Hz fold into them; a step of {:.2g} s would keep them out",
+                    run.response.report.step, 0.5 * simulation.sample_rate, 0.25 / simulation.sample_rate));
+  }
+  const double usable = 0.4 * simulation.sample_rate;
+  const bool record = simulation.excitation.kind == Excitation::Kind::record;
+  // A record at the rate of the records written is as full as theirs can be.
+  if (!filtered || highest_hz <= usable || (record && !exceeds_records(simulation, highest_hz))) return;
+  run.warn(
+      fmt::format("the anti-alias filter passes {:g} Hz, less than the {:g} Hz that the motion reaches; "
+                  "a sample_rate of {:g} Hz would hold it",
+                  usable, highest_hz, 2.5 * highest_hz));
+}
+
 /// Modes and steps from the tolerance, told in the report. With a fixed step every mode is stepped. False:
 /// stopped by the user.
-bool set_accuracy(const Scene& scene, const SimulationPlan& plan, const std::vector<ModalBody>& bodies,
-                  const MotionHistory& motion, bool contact, const SimulationProgress& progress,
-                  ModalSteppingOptions& options, SimulationReport& report) {
+bool set_accuracy(const RunContext& run, const std::vector<ModalBody>& bodies, bool contact,
+                  ModalSteppingOptions& options) {
+  SimulationReport& report = run.response.report;
+  const MotionHistory& motion = run.motion;
   if (options.step > 0.0) return true;
   if (!contact) {
     options.highest_mode_hz = static_mode_limit(motion.highest_hz(), options.tolerance);
@@ -129,20 +177,45 @@ bool set_accuracy(const Scene& scene, const SimulationPlan& plan, const std::vec
     return true;
   }
   const AccuracyChoice choice = choose_accuracy(
-      bodies, plan.points, [motion](double t) { return motion.at(t); }, motion.highest_hz(),
-      std::min(scene.simulation->duration, motion.duration()), options, starts_settled(scene, plan, contact),
-      progress);
+      bodies, run.plan.points, [motion](double t) { return motion.at(t); }, motion.highest_hz(),
+      std::min(run.scene.simulation->duration, motion.duration()), options,
+      starts_settled(run.scene, run.plan, contact), run.progress);
   if (choice.interrupted) return false;
   options.highest_mode_hz = choice.highest_mode_hz;
   options.tolerance = choice.tolerance;
   report.highest_mode_hz = choice.highest_mode_hz;
   report.estimated_error = choice.estimated_error;
   report.error_checked_until = choice.checked_until;
+  if (report.estimated_error > report.tolerance) {
+    run.warn(fmt::format(
+        "the tolerance of {:g} is not met: up to {:.3g} s, soon after the first touch, the estimated error "
+        "is {:.2g} of the largest displacement (trajectories part quickly here); levels and spectra hold "
+        "longer",
+        report.tolerance, report.error_checked_until, report.estimated_error));
+  }
   return true;
 }
 
-RunEnd run_modal(const Scene& scene, SimulationPlan& plan, const MotionHistory& motion, bool contact,
-                 const SimulationProgress& progress, TimeResponse& response) {
+/// The causal law against the loss factors that it stands for, over the band that drives the scene.
+void judge_causal_law(const RunContext& run, const ModalBody& body) {
+  const Excitation& excitation = run.scene.simulation->excitation;
+  const double hi = run.motion.highest_hz();
+  const double lo = excitation.kind == Excitation::Kind::sine ? hi
+                    : excitation.band_lo_hz > 0.0             ? excitation.band_lo_hz
+                                                              : 0.01 * hi;
+  const Model& model = run.plan.bodies[static_cast<std::size_t>(run.plan.measured_body)].model;
+  auto& distance = run.response.report.causal_distance;
+  distance = causal_distance(run.scene, model, body, run.plan.rows, lo, hi);
+  constexpr double far = 0.02;
+  if (!distance || *distance <= far) return;
+  run.warn(fmt::format(
+      "E(f) and the loss factor of '{}' belong to no causal material: in time it answers {:.2g} % (median, "
+      "without contact) off its harmonic response; compare predictions with that in mind",
+      model.body.name, 100.0 * *distance));
+}
+
+RunEnd run_modal(const RunContext& context, bool contact) {
+  const auto& [scene, plan, motion, progress, warn, response] = context;
   const Simulation& simulation = *scene.simulation;
   std::vector<ModalBody> bodies;
   for (const auto& body : plan.bodies) {
@@ -151,7 +224,7 @@ RunEnd run_modal(const Scene& scene, SimulationPlan& plan, const MotionHistory& 
   ModalSteppingOptions options;
   options.tolerance = simulation.tolerance;
   options.step = simulation.step;
-  options.contact_substeps = simulation.contact_substeps;
+  options.contact_substeps = simulation.contact_substeps.value_or(options.contact_substeps);
   options.keep_events = false;
   // The load enters a step by two moments. At 40 steps per shortest period what they miss is below 1e-4 of a
   // line; with contact the sampling keeps steps short enough.
@@ -161,11 +234,14 @@ RunEnd run_modal(const Scene& scene, SimulationPlan& plan, const MotionHistory& 
   const double wanted = contact ? std::max(4.0 * simulation.sample_rate, contact_sampling_hz)
                                 : checks_per_period * motion.highest_hz();
   const Sampling sampling = sampling_of(simulation, motion.highest_hz(), looks ? wanted : 0.0, contact);
-  if (!set_accuracy(scene, plan, bodies, motion, contact, progress, options, response.report))
-    return RunEnd::interrupted;
+  if (!contact) judge_causal_law(context, bodies[static_cast<std::size_t>(plan.measured_body)]);
+  if (contact) warn_of_filter(context, sampling, contact);
+  if (!set_accuracy(context, bodies, contact, options)) return RunEnd::interrupted;
   ModalRun stepper(plan, bodies, contact ? plan.points : std::vector<ContactPoint>{}, motion, options);
   if (starts_settled(scene, plan, contact)) stepper.settle();
-  return run(stepper, plan, law, motion, sampling, contact, progress, response);
+  const RunEnd end = run(stepper, plan, law, motion, sampling, contact, progress, response);
+  if (!contact && end != RunEnd::gap_closed) warn_of_filter(context, sampling, contact);
+  return end;
 }
 
 /// Newmark's body and the modulus law of its reaction. Throws Error where its material is more than E, alpha
@@ -200,8 +276,20 @@ double newmark_step(const Simulation& simulation, double highest_hz, bool contac
   return contact ? std::min(step, 1e-5) : step;
 }
 
-RunEnd run_newmark(const Scene& scene, SimulationPlan& plan, const MotionHistory& motion, bool contact,
-                   const SimulationProgress& progress, TimeResponse& response) {
+/// A contact that swings faster than its steps rebounds as the steps have it, not as the law has.
+void warn_of_step(const RunContext& run, const NewmarkOptions& options) {
+  const double part = options.step / options.contact_substeps;
+  constexpr double radians_per_step = 0.5;  // a dozen steps a period
+  if (run.plan.fastest_contact * part <= radians_per_step) return;
+  run.warn(fmt::format(
+      "in contact the step of {:.2g} s is long against the contact spring's period of {:.2g} s: blows are "
+      "not resolved; a step of {:.1g} s would, or method \"modal\", which locates them",
+      part, 2.0 * std::numbers::pi / run.plan.fastest_contact,
+      radians_per_step / run.plan.fastest_contact * options.contact_substeps));
+}
+
+RunEnd run_newmark(const RunContext& context, bool contact) {
+  const auto& [scene, plan, motion, progress, warn, response] = context;
   const Simulation& simulation = *scene.simulation;
   std::vector<NodalBody> bodies;
   MaxwellLaw law;
@@ -212,7 +300,7 @@ RunEnd run_newmark(const Scene& scene, SimulationPlan& plan, const MotionHistory
   }
   NewmarkOptions options;
   options.step = newmark_step(simulation, motion.highest_hz(), contact);
-  options.contact_substeps = simulation.contact_substeps;
+  options.contact_substeps = simulation.contact_substeps.value_or(options.contact_substeps);
   // Sampled at whole steps: the step is shortened a little, so that a whole number of them lies between
   // record samples.
   Sampling sampling = sampling_of(simulation, motion.highest_hz(), 0.0, contact);
@@ -225,78 +313,55 @@ RunEnd run_newmark(const Scene& scene, SimulationPlan& plan, const MotionHistory
   sampling.filter = sampling.filter && sampling.oversampling > 1;
   sampling.filter_motion = sampling.filter_motion && sampling.filter;
   response.report.step = options.step;
+  if (contact) {
+    warn_of_step(context, options);
+    warn_of_filter(context, sampling, contact);
+  }
   NewmarkRun stepper(std::move(bodies), contact ? plan.points : std::vector<ContactPoint>{}, motion, options,
                      starts_settled(scene, plan, contact));
-  return run(stepper, plan, law, motion, sampling, contact, progress, response);
+  const RunEnd end = run(stepper, plan, law, motion, sampling, contact, progress, response);
+  if (!contact && end != RunEnd::gap_closed) warn_of_filter(context, sampling, contact);
+  return end;
 }
 
-/// What the filter takes out of the band that drives the scene.
-void warn_of_filter(const Simulation& simulation, double highest_hz, bool contact, SimulationReport& report) {
-  if (report.oversampling == 1 && (contact || exceeds_records(simulation, highest_hz))) {
-    report.warnings.push_back(
-        fmt::format("the step of {:g} s is as long as a sample of the records: frequencies above {:g} Hz "
-                    "fold into them; a step of {:.2g} s would keep them out",
-                    report.step, 0.5 * simulation.sample_rate, 0.25 / simulation.sample_rate));
-  }
-  const double usable = 0.4 * simulation.sample_rate;
-  const bool record = simulation.excitation.kind == Excitation::Kind::record;
-  // A record at the rate of the records written is as full as theirs can be.
-  if (report.oversampling == 1 || highest_hz <= usable ||
-      (record && !exceeds_records(simulation, highest_hz)))
-    return;
-  report.warnings.push_back(fmt::format(
-      "the anti-alias filter passes {:g} Hz, less than the {:g} Hz that the motion reaches; a sample_rate of "
-      "{:g} Hz would hold it",
-      usable, highest_hz, 2.5 * highest_hz));
-}
-
-void add_warnings(const Scene& scene, const SimulationPlan& plan, double highest_hz, SimulationReport& report,
-                  const std::vector<ContactMap>& contacts) {
-  report.warnings = plan.warnings;
+/// What only the finished run tells.
+void warn_of_result(const RunContext& run) {
+  const SimulationReport& report = run.response.report;
   for (const auto& body : report.bodies) {
     if (body.stretch_stiffening > 0.05) {
-      report.warnings.push_back(fmt::format(
+      run.warn(fmt::format(
           "outside linear beam theory: the deflection of '{}' would stretch it so that its first natural "
           "frequency squared rises by some {:.0f} %; the linear model leaves that out",
           body.name, 100.0 * body.stretch_stiffening));
     }
     if (body.largest_slope > 0.2) {
-      report.warnings.push_back(
-          fmt::format("outside linear beam theory: '{}' turns by {:.2f} rad (small is below 0.2)", body.name,
-                      body.largest_slope));
+      run.warn(fmt::format("outside linear beam theory: '{}' turns by {:.2f} rad (small is below 0.2)",
+                           body.name, body.largest_slope));
     }
   }
-  if (report.estimated_error > report.tolerance && report.tolerance > 0.0) {
-    report.warnings.push_back(fmt::format(
-        "the tolerance of {:g} is not met: up to {:.3g} s, soon after the first touch, the estimated error "
-        "is "
-        "{:.2g} of the largest displacement (trajectories part quickly here); levels and spectra hold longer",
-        report.tolerance, report.error_checked_until, report.estimated_error));
-  }
   // A push at the start rings for a while; what it presses in says nothing of the wall.
-  const bool pushed = report.start_penetration > 0.0 && !starts_settled(scene, plan, true);
+  const bool pushed = report.start_penetration > 0.0 && !starts_settled(run.scene, run.plan, true);
   constexpr double ringing = 0.05;  // [s]
   if (pushed) {
-    report.warnings.push_back(
+    run.warn(
         fmt::format("the motion does not start at rest: its first value takes the body {:.3g} m through a "
                     "gap, and the run "
                     "begins with a push; start the motion at zero, or leave out the first {:g} s",
                     report.start_penetration, ringing));
   }
-  for (const auto& map : contacts) {
+  for (const auto& map : run.response.contacts) {
     const long skipped =
         pushed ? std::min(std::lround(std::ceil(ringing / map.interval)), map.penetration.rows() / 2) : 0L;
     const long bins = map.penetration.rows() - skipped;
     const double deepest =
         bins > 0 && map.penetration.cols() > 0 ? map.penetration.bottomRows(bins).maxCoeff() : 0.0;
     if (deepest > map.gap) {
-      report.warnings.push_back(
+      run.warn(
           fmt::format("'{}' presses {:.3g} m into '{}', more than the gap of {:g} m: the contact "
                       "stiffness is too low to stand for a wall",
                       map.inside, deepest, map.outside, map.gap));
     }
   }
-  warn_of_filter(*scene.simulation, highest_hz, !contacts.empty(), report);
 }
 
 }  // namespace
@@ -312,31 +377,41 @@ MotionHistory scene_motion(const Scene& scene) {
   return motion_history(scene.simulation->excitation, scene.simulation->duration);
 }
 
-TimeResponse simulate(const Scene& scene, const MotionHistory& motion, const SimulationProgress& progress) {
+TimeResponse simulate(const Scene& scene, const MotionHistory& motion, const SimulationProgress& progress,
+                      const SimulationWarning& tell) {
   SimulationPlan plan = plan_simulation(scene, motion.highest_hz());
   const Simulation& simulation = *scene.simulation;
   if (motion.duration() < simulation.duration - 1.0 / simulation.sample_rate) {
     throw Error(fmt::format("simulate: the motion lasts {:g} s, less than the duration of {:g} s",
                             motion.duration(), simulation.duration));
   }
-  const auto run_method = simulation.method == IntegrationMethod::modal ? run_modal : run_newmark;
+  const bool modal = simulation.method == IntegrationMethod::modal;
+  const auto run_method = modal ? run_modal : run_newmark;
   TimeResponse response;
   response.report.method = simulation.method;
   response.report.tolerance = simulation.step > 0.0 ? 0.0 : simulation.tolerance;
   response.report.step = simulation.step;
   response.names = scene.measurement->names;
+  const Warner warn(response.report.warnings, tell);
+  const RunContext run{scene, plan, motion, progress, warn, response};
+  warn(motion.note());
+  for (const std::string& warning : plan.warnings) warn(warning);
+  if (modal && simulation.contact_substeps && simulation.step == 0.0) {
+    warn(
+        "contact_substeps does nothing here: the steps in contact follow from the tolerance; give it with "
+        "step, or leave it out");
+  }
   // The linear solution first: where it stays clear of every gap, contact changes nothing.
-  RunEnd end = run_method(scene, plan, motion, false, progress, response);
+  RunEnd end = run_method(run, false);
   response.report.linear = end != RunEnd::gap_closed;
   // Interrupted before the first step, the linear part up to the first touch stays.
-  if (end == RunEnd::gap_closed) end = run_method(scene, plan, motion, true, progress, response);
+  if (end == RunEnd::gap_closed) end = run_method(run, true);
   response.report.complete = end == RunEnd::complete;
   for (std::size_t b = 0; b < plan.bodies.size(); ++b) {
     response.report.bodies[b].name = plan.bodies[b].model.body.name;
     response.report.bodies[b].elements = static_cast<int>(plan.bodies[b].model.arc_length.size()) - 1;
   }
-  add_warnings(scene, plan, motion.highest_hz(), response.report, response.contacts);
-  if (!motion.note().empty()) response.report.warnings.push_back(motion.note());
+  warn_of_result(run);
   return response;
 }
 

@@ -44,6 +44,8 @@ struct SimulationReport {
                                  ///< against a run with every mode and a tenth of the tolerance, up to 20 ms
                                  ///< beyond the first touch; 0: not estimated (linear or fixed step)
   double error_checked_until = 0.0;  ///< [s]
+  std::optional<double> causal_distance;  ///< modal, structural damping: of the law used in time from the
+                                          ///< harmonic response, median over the band; docs/pole_system.md
   double start_penetration = 0.0;    ///< with contact: how deep the run starts, beyond any gap [m]; else 0
   int oversampling = 1;              ///< states sampled per record sample before the anti-alias filter
   StepReport steps;
@@ -66,6 +68,9 @@ struct TimeResponse {
 /// Called now and then with the time reached [s]; false stops the run, which keeps what was computed.
 using SimulationProgress = std::function<bool(double)>;
 
+/// Called with each warning as soon as it is known, most of them before the run.
+using SimulationWarning = std::function<void(const std::string&)>;
+
 /// The motion of the scene's excitation. Throws Error for a record (its samples are not here) and for a force
 /// drive, which only a record of a force can describe.
 MotionHistory scene_motion(const Scene& scene);
@@ -77,6 +82,6 @@ MotionHistory scene_motion(const Scene& scene);
 /// body that nothing moves, and where the method cannot represent the material (newmark: constant modulus,
 /// Rayleigh damping).
 TimeResponse simulate(const Scene& scene, const MotionHistory& motion,
-                      const SimulationProgress& progress = {});
+                      const SimulationProgress& progress = {}, const SimulationWarning& tell = {});
 
 }  // namespace struna::fem

@@ -8,6 +8,7 @@
 
 #include "fem/error.hpp"
 #include "fem/plane_modes.hpp"
+#include "fem/stiff_contact.hpp"
 
 namespace struna::fem {
 namespace {
@@ -67,9 +68,9 @@ void drop_nodes_beside(const Contact& contact, const Body& inside, const Body& o
   }
   std::erase_if(pairs, is_beside);
   warnings.push_back(fmt::format(
-      "{} nodes of '{}' lie beside '{}', {:.3g} m or more from its centreline, and not in it as drawn: they "
-      "cannot touch it; if they should, draw the two closer",
-      beside, contact.inside, contact.outside, nearest));
+      "{}: {} nodes of '{}' lie beside '{}', {:.3g} m or more from its centreline, and not in it as drawn: "
+      "they cannot touch it; if they should, draw the two closer",
+      contact_name(contact), beside, contact.inside, contact.outside, nearest));
 }
 
 void add_contact(const Contact& contact, int inside, int outside, double highest_hz, SimulationPlan& plan) {
@@ -79,36 +80,31 @@ void add_contact(const Contact& contact, int inside, int outside, double highest
   drop_nodes_beside(contact, a.model.body, b.model.body, pairs, plan.warnings);
   if (pairs.empty()) {
     plan.warnings.push_back(
-        fmt::format("no free node of '{}' has '{}' around it: this contact can do nothing", contact.inside,
-                    contact.outside));
+        fmt::format("{}: no free node of '{}' has '{}' around it: this contact can do nothing",
+                    contact_name(contact), contact.inside, contact.outside));
   }
   double deepest = 0.0;
   for (const auto& pair : pairs) {
     deepest = std::max(deepest, pair.rest_offset.norm() - contact.gap);
     plan.points.push_back(contact_point(pair, contact, a.coordinates, b.coordinates, inside, outside));
+    plan.points.back().name = fmt::format(
+        "contact of '{}' in '{}'{}, {:.4g} m along '{}'", contact.inside, contact.outside,
+        contact.place.empty() ? "" : " (" + contact.place + ")", pair.inside_arc_length, contact.inside);
     plan.pairs.push_back({pair, inside, outside});
     plan.contacts.push_back(&contact);
   }
   plan.overlap = std::max(plan.overlap, deepest);
   if (deepest > 0.0) {
     plan.warnings.push_back(fmt::format(
-        "'{}' lies {:.3g} m outside the bore of '{}' (gap {:g} m) as drawn; the run starts from their "
+        "{}: '{}' lies {:.3g} m outside the bore of '{}' (gap {:g} m) as drawn; the run starts from their "
         "equilibrium in contact",
-        contact.inside, deepest, contact.outside, contact.gap));
+        contact_name(contact), contact.inside, deepest, contact.outside, contact.gap));
   }
-  // A node gives by h^3/(192 EI) while its neighbours hold still; a spring far stiffer than that measures the
-  // mesh.
-  const Body& body = a.model.body;
-  const double h = a.model.arc_length[1];
-  const double local =
-      192.0 * body.material.youngs_modulus.at(highest_hz) * body.section.second_moment / (8.0 * h * h * h);
-  if (contact.stiffness > 100.0 * local) {
-    plan.warnings.push_back(
-        fmt::format("the contact stiffness {:g} N/m is {:.0f} times that of '{}' between neighbouring nodes "
-                    "({:.3g} N/m): "
-                    "in effect a rigid stop, whose penetration depends on the mesh",
-                    contact.stiffness, contact.stiffness / local, contact.inside, local));
-  }
+  const auto stiffness = contact_stiffness(contact, pairs, a.model, a.modes, b.modes, highest_hz);
+  refuse_rigid(contact, stiffness);
+  const std::string warning = stiffness_warning(contact, stiffness);
+  if (!warning.empty()) plan.warnings.push_back(warning);
+  plan.fastest_contact = std::max(plan.fastest_contact, stiffness.angular_frequency);
 }
 
 }  // namespace

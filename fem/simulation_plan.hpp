@@ -24,7 +24,8 @@ struct SimulationPlan {
   std::vector<ContactPoint> points;      ///< one per pair
   std::vector<const Contact*> contacts;  ///< of the scene, one per pair (borrowed from the scene)
   std::vector<OutputRow> rows;
-  double overlap = 0.0;  ///< deepest penetration as drawn [m]
+  double overlap = 0.0;          ///< deepest penetration as drawn [m]
+  double fastest_contact = 0.0;  ///< largest angular frequency of a contact's spring at a point [1/s]
   std::vector<std::string> warnings;
 };
 

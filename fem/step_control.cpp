@@ -123,11 +123,12 @@ void StepControl::see_path(const PenetrationPath& path) {
 void StepControl::see_idle(const PenetrationPath& path, const ContactForceLaw& law) {
   if (fixed() || scale_ == 0.0) return;
   const double h = path.step;
-  const double trial = std::max(law.stiffness * path.start + law.damping * path.start_rate,
-                                law.stiffness * path.end + law.damping * path.end_rate);
+  const double trial = std::max(spring_and_dashpot(law, path.start, path.start_rate),
+                                spring_and_dashpot(law, path.end, path.end_rate));
   const double bend = std::max(std::abs(path.curvature_at(0.0)), std::abs(path.curvature_at(h)));
   const double third = std::abs(path.curvature_at(h) - path.curvature_at(0.0)) / h;
-  const double hump = 0.125 * h * h * (law.stiffness * bend + law.damping * third);
+  const double hump =
+      0.125 * h * h * (law.stiffness * bend + dashpot(law, std::max(path.start, path.end)) * third);
   const double least = path_share * options_.tolerance * scale_ * law.stiffness;
   path_measure_ = std::max(path_measure_, hump / std::max(least, -0.5 * trial));
 }
@@ -156,8 +157,11 @@ bool StepControl::reject(bool contact, double contact_error) {
     first_after_touch_ = false;
   }
   if (grow) {
-    int& level = contact ? contact_level_ : free_level_;
-    level = std::max(tried - 1, 0);
+    const int longer = std::max(tried - 1, 0);
+    if (contact) contact_level_ = longer;
+    // In contact the free steps' level is a floor, kept for the load and the gaps that are open. What allows
+    // a longer step here allows it there: a wire that lies in its bore never flies to find out.
+    free_level_ = contact ? std::min(free_level_, longer) : longer;
   }
   return false;
 }

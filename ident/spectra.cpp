@@ -78,6 +78,7 @@ struct Plan {
   bool whole = false;  ///< one segment per record
   long length = 0;     ///< of a segment
   long hop = 0;
+  bool faded = false;  ///< whole records are sweeps, faded where they are cut off
 };
 
 void check(const WelchOptions& options) {
@@ -165,6 +166,44 @@ long add_segments(const Repeat& repeat, Rows& rows, const Plan& plan, const Eige
   return segments;
 }
 
+/// Rms of the differences between neighbouring samples: how fast a signal moves, slow parts counting little.
+double pace(const Eigen::VectorXd& samples, long from, long count) {
+  return (samples.segment(from + 1, count - 1) - samples.segment(from, count - 1)).norm() /
+         std::sqrt(static_cast<double>(count - 1));
+}
+
+/// Share of a sweep's record over which it is faded in or out where it is cut off in motion.
+constexpr double fade = 0.01;
+
+/// Whether the input comes in (seen from its first sample on) already moving and goes on doing so: a sweep
+/// cut off. A hit or a burst begins from rest, or is over before long.
+bool is_cut_off(const Eigen::VectorXd& input, long faded) {
+  const long edge = std::max(faded / 10, 4L);
+  const double within = pace(input, 0, faded);
+  constexpr double moving = 0.1;
+  return pace(input, 0, edge) > moving * within && pace(input, faded, faded) > moving * within;
+}
+
+/// Half a period of a cosine at each end at which the input is cut off in motion. What came before and what
+/// comes after is missing in input and output alike, which no transfer function joins: a jump in the slope of
+/// a displacement, whose spectrum falls like that of the sweep itself, spoils every line by the same share.
+/// Faded over 1 % the lines of the first and the last hundredth of the sweep go, and the others become right.
+Eigen::VectorXd sweep_taper(const Eigen::VectorXd& input, long length) {
+  Eigen::VectorXd taper = Eigen::VectorXd::Ones(length);
+  const long rows = input.size();
+  const long faded = std::lround(fade * static_cast<double>(rows));
+  if (faded < 8) return taper;
+  const bool starts = is_cut_off(input, faded);
+  const bool ends = is_cut_off(input.reverse(), faded);
+  for (long i = 0; i < faded; ++i) {
+    const double angle = std::numbers::pi * (static_cast<double>(i) + 0.5) / static_cast<double>(faded);
+    const double weight = 0.5 - 0.5 * std::cos(angle);
+    if (starts) taper[i] = weight;
+    if (ends) taper[rows - 1 - i] = weight;
+  }
+  return taper;
+}
+
 /// The whole record as one segment, at rest values taken out, followed by zeros up to the plan's length.
 void add_whole(const Repeat& repeat, Rows& rows, const Plan& plan, const WelchOptions& options, long channels,
                Averager& averager, Spectra& spectra) {
@@ -192,6 +231,7 @@ void add_whole(const Repeat& repeat, Rows& rows, const Plan& plan, const WelchOp
             repeat.name, spectra.outputs[static_cast<std::size_t>(k - 1)].name));
   } else {
     samples.rowwise() -= samples.colwise().mean().eval();
+    if (plan.faded) taper = sweep_taper(samples.col(0), plan.length);
   }
   Eigen::MatrixXd segment = Eigen::MatrixXd::Zero(plan.length, channels);
   segment.topRows(samples.rows()) = samples;
@@ -224,14 +264,16 @@ void take_out_delays(Spectra& spectra) {
 }
 
 Spectra estimate(const std::vector<Repeat>& repeats, const std::vector<Channel>& channels,
-                 const WelchOptions& options) {
+                 const WelchOptions& options, bool seen_passing = false) {
   const long count = static_cast<long>(channels.size());
   const bool undecided =
       options.window == Window::automatic && options.resolution_hz == 0.0 && !options.impact;
   const bool all_in_one =
       options.impact || (options.window == Window::rectangular && options.resolution_hz == 0.0);
-  const bool passing = undecided && repeats.size() > 2 && passes_over_lines(repeats[0], count, options);
-  const Plan plan = all_in_one || passing ? plan_whole(repeats, options) : plan_segments(repeats, options);
+  const bool passing =
+      seen_passing || (undecided && repeats.size() > 2 && passes_over_lines(repeats[0], count, options));
+  Plan plan = all_in_one || passing ? plan_whole(repeats, options) : plan_segments(repeats, options);
+  plan.faded = passing;
   check(plan, repeats);
 
   Spectra spectra;
@@ -254,10 +296,10 @@ Spectra estimate(const std::vector<Repeat>& repeats, const std::vector<Channel>&
     sample_interval += rows.sample_interval() / static_cast<double>(repeats.size());
   }
   // One or two records: their own segments tell whether they should have been taken whole.
-  if (undecided && repeats.size() <= 2 && averager.passes()) {
+  if (undecided && !passing && repeats.size() <= 2 && averager.passes()) {
     WelchOptions whole = options;
     whole.window = Window::rectangular;
-    return estimate(repeats, channels, whole);
+    return estimate(repeats, channels, whole, true);
   }
   spectra.segments = static_cast<double>(averager.segments());
   spectra.sample_interval = sample_interval;

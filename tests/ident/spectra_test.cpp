@@ -3,7 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <complex>
 #include <numbers>
 #include <random>
 
@@ -196,6 +198,51 @@ TEST(Spectra, AutomaticWindowTakesSweepsAndBurstsInOneSegmentAndNoiseInMany) {
   EXPECT_EQ(
       welch_spectra(record_of(samples), "displacement", {"force_1"}, with(Window::automatic, 1.0)).window,
       Window::hann);
+}
+
+TEST(Spectra, ASweepCutOffInMotionDoesNotSpoilItsLines) {
+  // y = x lagged, y_n = 0.9 y_{n-1} + 0.1 x_n, from a chirp of constant acceleration that begins in motion, y
+  // in its steady state: the sweep has not come from rest, and no record says so.
+  const long rows = 40000, before = 200;
+  const double duration = static_cast<double>(rows) * dt;
+  Eigen::MatrixXd samples(rows, 2);
+  double y = 0.0;
+  for (long i = -before; i < rows; ++i) {
+    const double t = static_cast<double>(i) * dt;
+    const double hz = 5.0 + 195.0 * std::max(t, 0.0) / duration;
+    const double phase = t < 0.0 ? 5.0 * t : 5.0 * t + 0.5 * 195.0 * t * t / duration;
+    const double x = std::sin(2.0 * std::numbers::pi * phase) / (hz * hz);
+    y = 0.9 * y + 0.1 * x;
+    if (i >= 0) samples.row(i) << x, y;
+  }
+  const auto worst = [&](Window window) {
+    const Spectra spectra = welch_spectra(record_of(samples), "displacement", {"force_1"}, with(window, 0.0));
+    const TransferFunction function = estimate_transfer_function(spectra, Estimator::h1);
+    double error = 0.0;
+    for (long k = 0; k < function.lines(); ++k) {
+      const double f = function.frequency_hz[k];
+      if (f < 12.0 || f > 190.0) continue;
+      const std::complex<double> z = std::polar(1.0, -2.0 * std::numbers::pi * f * dt);
+      const std::complex<double> exact = 0.1 / (1.0 - 0.9 * z);
+      error = std::max(error, std::abs(function.outputs[0].value[k] / exact - 1.0));
+    }
+    return error;
+  };
+  EXPECT_LT(worst(Window::automatic), 2e-3);    // what the fading's own smoothness leaves
+  EXPECT_GT(worst(Window::rectangular), 2e-2);  // as asked: not faded
+}
+
+TEST(Spectra, AHitNearTheBeginningIsNotFaded) {
+  // Pre-trigger of half a per cent: a hit within the first hundredth of the record.
+  const long rows = 20000;
+  Eigen::MatrixXd samples = Eigen::MatrixXd::Zero(rows, 2);
+  for (long i = 0; i < 20; ++i) samples(100 + i, 0) = std::sin(std::numbers::pi * (i + 0.5) / 20.0);
+  for (long i = 1; i < rows; ++i) samples(i, 1) = 0.999 * samples(i - 1, 1) + samples(i, 0);
+  const Spectra found = welch_spectra(record_of(samples), "displacement", {"force_1"}, {});
+  const Spectra as_is =
+      welch_spectra(record_of(samples), "displacement", {"force_1"}, with(Window::rectangular, 0.0));
+  EXPECT_EQ(found.segments, 1.0);
+  EXPECT_TRUE(found.cross.isApprox(as_is.cross, 1e-14));
 }
 
 TEST(Spectra, RepeatedSweepsAreEachOneSegmentAndGiveCoherence) {
