@@ -54,7 +54,7 @@ struct Contact {
   double damping = 0.0;    ///< [N s/m]
   ContactLaw law = ContactLaw::approach;
   double restitution = 1.0;  ///< hard_stop only, 0..1
-  std::string place;         ///< "FILE:LINE" of the scene file that asks for it; empty: made by a program
+  std::string place = {};    ///< "FILE:LINE" of the scene file that asks for it; empty: made by a program
 };
 
 struct Excitation {
