@@ -29,7 +29,7 @@ std::vector<ident::Record> read_records(const Study& study, const StudyReference
 
 /// The estimator that the study's own records took, so that no replicate takes another.
 ident::EstimateOptions options_of(const Study& study, const ident::TransferEstimate& estimate) {
-  ident::EstimateOptions options{study.transfer.method, study.transfer.estimator, study.transfer.welch};
+  ident::EstimateOptions options{study.transfer.method, study.transfer.estimator, study.transfer.welch, {}};
   options.method = estimate.method;
   if (estimate.method == ident::EstimateMethod::welch && !options.welch.impact)
     options.welch.window = estimate.window;

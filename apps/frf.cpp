@@ -137,6 +137,11 @@ void add_frf(CLI::App& app) {
          "auto (default: by the records), local, local-polynomial or periodic, none of which leaks; Welch's "
          "averages: welch or h1 (noise on the output), h2 (on the input), hv (on both), amplitude-ratio")
       ->type_name("WORD");
+  frf->add_option(
+         "--drive-signal", arguments->settings.drive_signal,
+         "column of the signal that drives the shaker, if recorded: noise on the input then biases nothing "
+         "(local and periodic estimators)")
+      ->type_name("NAME");
   frf->add_option("--resolution", welch.resolution_hz, "line spacing; default: from the records' duration")
       ->type_name("HZ")
       ->check([](const std::string& text) {

@@ -113,6 +113,9 @@ void predict_both(Identification& found) {
 }
 
 Identification identify(const Study& study, long replicates) {
+  if (replicates > 0 && !study.transfer.drive_signal.empty())
+    throw Error(study.file, 0,
+                "--bootstrap replicates outputs over an input and knows no drive_signal: take one out");
   const fem::Scene scene = scene_of(study);
   Identification found;
 

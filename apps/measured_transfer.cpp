@@ -121,7 +121,8 @@ MeasuredTransfer measure_transfer(const std::vector<std::string>& records, const
   refuse_repeated_records(records);
   MeasuredTransfer measured;
   measured.estimate = ident::estimate_transfer(
-      records, input, outputs, {settings.method, settings.estimator, settings.welch}, corrections);
+      records, input, outputs, {settings.method, settings.estimator, settings.welch, settings.drive_signal},
+      corrections);
   measured.warnings = measured.estimate.warnings;
   if (settings.band) warn_of_cut_band(*settings.band, measured.estimate.function, measured.warnings);
   measured.function = in_band_and_form(measured.estimate.function, settings);
@@ -139,6 +140,7 @@ std::vector<std::pair<std::string, std::string>> transfer_settings_shown(const M
       {"estimator",
        (welch ? ident::to_string(estimate.ratio) + ", " : "") + ident::to_string(estimate.method)},
       {"chosen because", estimate.reason}};
+  if (!estimate.drive_signal.empty()) shown.emplace_back("drive signal", estimate.drive_signal);
   if (welch) shown.emplace_back("window", ident::to_string(estimate.window));
   shown.emplace_back("resolution", fmt::format("{:.6g} Hz", estimate.resolution_hz));
   if (estimate.effective_averages > 0.0) {

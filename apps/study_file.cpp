@@ -49,6 +49,7 @@ TransferSettings read_transfer(TomlTable table) {
     settings.method = chosen.method;
     settings.estimator = chosen.ratio;
   }
+  if (table.has("drive_signal")) settings.drive_signal = table.text("drive_signal");
   if (table.has("form") && table.text("form") != "as-measured")
     settings.form = word(table, "form", ident::frf_kind);
   if (table.has("band")) settings.band = table.band("band");

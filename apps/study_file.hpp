@@ -18,6 +18,7 @@ struct TransferSettings {
   ident::EstimateMethod method = ident::EstimateMethod::automatic;
   ident::Estimator estimator = ident::Estimator::h1;  ///< Welch's ratio
   ident::WelchOptions welch;
+  std::string drive_signal;            ///< column; empty: none
   std::optional<ident::FrfKind> form;  ///< none: as measured
   std::optional<Band> band;            ///< none: every line above 0 Hz
 };

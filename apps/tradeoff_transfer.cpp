@@ -175,7 +175,7 @@ TransferProblem shaken_wire_problem(double duration, double noise, long draws) {
   problem.estimate = [records](long draw, const TransferSettings& settings) {
     const ident::Record& record = (*records)[static_cast<std::size_t>(draw)];
     ident::TransferEstimate estimate = ident::estimate_transfer(
-        record, "displacement", {"force_y"}, {settings.method, settings.estimator, settings.welch});
+        record, "displacement", {"force_y"}, {settings.method, settings.estimator, settings.welch, {}});
     estimate.function = ident::restrict_band(estimate.function, shaken_band.lo_hz, shaken_band.hi_hz);
     return estimate;
   };
@@ -191,9 +191,9 @@ TransferProblem study_transfer_problem(const Study& study, const std::string& na
     problem.duration += static_cast<double>(record.samples.rows()) * record.sample_interval;
   }
   problem.estimate = [study](long, const TransferSettings& settings) {
-    ident::TransferEstimate estimate =
-        ident::estimate_transfer(study.records, study.input, study.outputs,
-                                 {settings.method, settings.estimator, settings.welch}, study.corrections);
+    ident::TransferEstimate estimate = ident::estimate_transfer(
+        study.records, study.input, study.outputs, {settings.method, settings.estimator, settings.welch, {}},
+        study.corrections);
     const auto& band = study.transfer.band;
     if (band) estimate.function = ident::restrict_band(estimate.function, band->lo_hz, band->hi_hz);
     return estimate;

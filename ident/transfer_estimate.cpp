@@ -10,6 +10,7 @@
 #include <numbers>
 
 #include "fem/error.hpp"
+#include "ident/drive_signal.hpp"
 #include "ident/excitation.hpp"
 #include "ident/fft.hpp"
 #include "ident/local_model.hpp"
@@ -28,6 +29,8 @@ constexpr double fewest_free = 10.0;  // lines of all records, less three for ea
 constexpr double fewest_per_line =
     7.0;                                // lines of a record to a line, from which on half the spacing will do
 constexpr double most_per_line = 16.0;  // lines of a record to a line asked for, in a local window
+
+constexpr double reached_by_drive = 0.9;  // of the lines, from which on the others are not told
 
 struct MethodEntry {
   const char* word;
@@ -136,6 +139,8 @@ class Estimation {
 
  private:
   long channels() const { return static_cast<long>(repeats_.channels.size()); }
+  bool by_drive() const { return !options_.drive_signal.empty(); }
+  long input() const { return by_drive() ? 1 : 0; }  ///< its channel
   bool speaks_of_segments() const {
     return options_.welch.impact || options_.welch.window != Window::automatic ||
            options_.welch.overlap != WelchOptions{}.overlap;
@@ -146,6 +151,9 @@ class Estimation {
     if (!(resolution >= 0.0) || !std::isfinite(resolution))
       throw Error(fmt::format("estimate_transfer: resolution must be positive, or 0 for automatic, got {}",
                               resolution));
+    if (by_drive() &&
+        (options_.method == EstimateMethod::welch || speaks_of_segments() || options_.ratio != Estimator::h1))
+      refuse_segments_by_drive("Welch's averages, windows and hits do");
     const bool welch =
         options_.method == EstimateMethod::welch || options_.method == EstimateMethod::automatic;
     if (!welch && speaks_of_segments())
@@ -155,6 +163,14 @@ class Estimation {
     if (options_.method == EstimateMethod::periodic && resolution > 0.0)
       throw Error(
           "estimate_transfer: the resolution of the periodic estimator is the excitation's: leave it out");
+  }
+
+  [[noreturn]] static void refuse_segments_by_drive(const std::string& why) {
+    throw Error(
+        fmt::format("estimate_transfer: a drive signal goes with the local estimators and the periodic one, "
+                    "not with segments, but "
+                    "{}: leave the drive signal out",
+                    why));
   }
 
   std::string reason_for_segments() const {
@@ -234,7 +250,9 @@ class Estimation {
   TransferEstimate periodic(const std::vector<Eigen::MatrixXd>& records, long period,
                             const std::string& reason) const {
     const double interval = repeats_.records[0].sample_interval;
-    PeriodicEstimate found = periodic_estimate(records, period, interval);
+    std::vector<Eigen::MatrixXd> measured;  // means over periods have no noise for a drive signal to take out
+    for (const Eigen::MatrixXd& record : records) measured.push_back(record.rightCols(channels() - input()));
+    PeriodicEstimate found = periodic_estimate(measured, period, interval);
     if (found.frequency_hz.size() == 0)
       throw Error("estimate_transfer: no line of the periodic input stands out of its noise");
     TransferEstimate estimate = described(EstimateMethod::periodic, reason);
@@ -245,7 +263,8 @@ class Estimation {
       estimate.warnings.push_back(
           fmt::format("{} period(s) of {:.4g} s are left out: the response was still settling",
                       found.settling, static_cast<double>(period) * interval));
-    take_out_delays(repeats_.channels, found.frequency_hz, estimate.resolution_hz, found.value);
+    take_out_delays({repeats_.channels.begin() + input(), repeats_.channels.end()}, found.frequency_hz,
+                    estimate.resolution_hz, found.value);
     fill(found.frequency_hz, found.value, found.sigma, found.coherence, estimate.function);
     return estimate;
   }
@@ -268,7 +287,16 @@ class Estimation {
     }
     estimate.segments = static_cast<double>(repeats_.records.size());
     const LocalModel model = finest_needed(spectra, nyquist, method, estimate.resolution_hz);
-    if (model.frequency_hz.size() == 0) throw Error("estimate_transfer: no line has any power");
+    if (model.frequency_hz.size() == 0)
+      throw Error(
+          by_drive()
+              ? "estimate_transfer: the drive signal moves the input at no line: is it the right channel?"
+              : "estimate_transfer: no line has any power");
+    const long all = std::lround(nyquist / estimate.resolution_hz), left = model.frequency_hz.size();
+    if (by_drive() && static_cast<double>(left) < reached_by_drive * static_cast<double>(all))
+      estimate.warnings.push_back(fmt::format(
+          "{} of {} lines are left out: there the drive signal moves '{}' too little against its noise",
+          all - left, all, estimate.input.name));
     fill(model.frequency_hz, model.value, model.sigma, model.coherence, estimate.function);
     return estimate;
   }
@@ -286,16 +314,21 @@ class Estimation {
     if (options_.welch.resolution_hz > 0.0)
       model_options.stride = std::max(1L, std::lround(std::ceil(lines / most_per_line)));
     model_options.line_spacing_hz = spacing / static_cast<double>(model_options.stride);
-    LocalModel model = local_model(spectra, nyquist, model_options);
+    const auto estimated = [&] {
+      return by_drive() ? local_model_by_drive(spectra, nyquist, model_options)
+                        : local_model(spectra, nyquist, model_options);
+    };
+    LocalModel model = estimated();
     const bool fixed = options_.welch.resolution_hz > 0.0 || lines < fewest_per_line;
     if (fixed || method != EstimateMethod::local_rational || !has_narrow_peak(model)) return model;
     spacing *= 0.5;
     model_options.line_spacing_hz = spacing;
     model_options.reach = fine_reach;
-    return local_model(spectra, nyquist, model_options);
+    return estimated();
   }
 
   TransferEstimate by_welch(const std::string& reason) const {
+    if (by_drive()) refuse_segments_by_drive(reason);
     Spectra spectra = welch_();
     TransferEstimate estimate = described(EstimateMethod::welch, reason);
     estimate.function = estimate_transfer_function(spectra, options_.ratio);
@@ -313,14 +346,16 @@ class Estimation {
     estimate.method = method;
     estimate.ratio = options_.ratio;
     estimate.reason = reason;
-    estimate.input = repeats_.channels[0];
+    estimate.drive_signal = options_.drive_signal;
+    estimate.input = repeats_.channels[static_cast<std::size_t>(input())];
     return estimate;
   }
   void fill(const Eigen::VectorXd& frequency_hz, const Eigen::MatrixXcd& value, const Eigen::MatrixXd& sigma,
             const Eigen::MatrixXd& coherence, TransferFunction& tf) const {
     tf.frequency_hz = frequency_hz;
     for (long k = 0; k < value.cols(); ++k) {
-      auto output = empty_output(repeats_.channels[static_cast<std::size_t>(k + 1)], repeats_.channels[0]);
+      auto output = empty_output(repeats_.channels[static_cast<std::size_t>(input() + k + 1)],
+                                 repeats_.channels[static_cast<std::size_t>(input())]);
       output.value = value.col(k);
       output.sigma = sigma.col(k);
       output.coherence = coherence.col(k);
@@ -332,6 +367,15 @@ class Estimation {
   EstimateOptions options_;
   std::function<Spectra()> welch_;
 };
+
+/// The drive signal, where there is one, takes the input's place, and the input comes before the outputs.
+std::pair<std::string, std::vector<std::string>> channels_by_drive(const EstimateOptions& options,
+                                                                   const std::string& input,
+                                                                   std::vector<std::string> outputs) {
+  if (options.drive_signal.empty()) return {input, std::move(outputs)};
+  outputs.insert(outputs.begin(), input);
+  return {options.drive_signal, std::move(outputs)};
+}
 
 }  // namespace
 
@@ -377,7 +421,8 @@ TransferEstimate estimate_transfer(const std::vector<std::string>& files, const 
                                    const std::vector<std::string>& outputs, const EstimateOptions& options,
                                    const std::map<std::string, ChannelCorrection>& corrections) {
   const bool welch = options.method == EstimateMethod::welch;
-  const Repeats repeats = open_repeats(files, input, outputs, corrections, !welch);
+  const auto [first, others] = channels_by_drive(options, input, outputs);
+  const Repeats repeats = open_repeats(files, first, others, corrections, !welch);
   TransferEstimate estimate = Estimation(repeats, options, [&] {
                                 return welch_spectra(files, input, outputs, options.welch, corrections);
                               }).run();
@@ -389,14 +434,16 @@ TransferEstimate estimate_transfer(const std::vector<std::string>& files, const 
 
 TransferEstimate estimate_transfer(const Record& record, const std::string& input,
                                    const std::vector<std::string>& outputs, const EstimateOptions& options) {
-  const Repeats repeats = open_repeats(record, input, outputs);
+  const auto [first, others] = channels_by_drive(options, input, outputs);
+  const Repeats repeats = open_repeats(record, first, others);
   return Estimation(repeats, options, [&] { return welch_spectra(record, input, outputs, options.welch); })
       .run();
 }
 
 TransferEstimate estimate_transfer(const std::vector<Record>& records, const std::string& input,
                                    const std::vector<std::string>& outputs, const EstimateOptions& options) {
-  const Repeats repeats = open_repeats(records, input, outputs);
+  const auto [first, others] = channels_by_drive(options, input, outputs);
+  const Repeats repeats = open_repeats(records, first, others);
   return Estimation(repeats, options, [&] { return welch_spectra(repeats, options.welch); }).run();
 }
 

@@ -31,6 +31,8 @@ struct EstimateOptions {
   EstimateMethod method = EstimateMethod::automatic;
   Estimator ratio = Estimator::h1;  ///< of Welch's spectra
   WelchOptions welch;  ///< resolution_hz is every method's line spacing, but for the periodic one
+  std::string
+      drive_signal;  ///< channel that tells what the shaker was asked for; empty: none (drive_signal.hpp)
 };
 
 struct TransferEstimate {
@@ -39,6 +41,7 @@ struct TransferEstimate {
   Estimator ratio = Estimator::h1;                ///< Welch's
   std::string reason;                             ///< why this one
   Channel input;
+  std::string drive_signal;      ///< channel that took the noise on the input out; empty: none
   double sample_interval = 0.0;  ///< [s]
   double resolution_hz = 0.0;    ///< line spacing
   double independent_line_hz =
@@ -65,8 +68,9 @@ double fewest_lines_in_half_power_band(EstimateMethod method);
 /// Its lines are 7.5 of the record's apart, or half of that where a resonance has fewer than six such lines
 /// in its half-power band, unless a resolution is asked for. Methods other than Welch hold the spectra of all
 /// records in memory, which are as large as the records, and one record beside them (the periodic one: all).
-/// Throws Error for options that the method cannot follow, and where the method asked for does not suit the
-/// record.
+/// With a drive signal the choice goes by it; local models divide the functions over it, means over its
+/// periods are free of noise on the motion as they are. Throws Error for options that the method cannot
+/// follow, and where the method asked for, or any that takes the drive signal, does not suit the record.
 TransferEstimate estimate_transfer(const std::vector<std::string>& files, const std::string& input,
                                    const std::vector<std::string>& outputs, const EstimateOptions& options,
                                    const std::map<std::string, ChannelCorrection>& corrections = {});
