@@ -24,6 +24,7 @@ struct FrfArguments {
   std::string window = "auto";
   std::string band;
   std::vector<std::string> channels;
+  std::vector<std::string> clamp_masses;
   TransferSettings settings;
 };
 
@@ -61,6 +62,14 @@ void add_correction(const std::string& text, std::map<std::string, ident::Channe
   }
 }
 
+/// NAME:KG
+void add_clamp_mass(const std::string& text, std::map<std::string, double>& masses) {
+  const auto colon = text.rfind(':');
+  if (colon == 0 || colon == std::string::npos)
+    throw UsageError(fmt::format("--clamp-mass: write NAME:KG, such as force_y:0.012, got '{}'", text));
+  masses[text.substr(0, colon)] = number_of("--clamp-mass", std::string_view(text).substr(colon + 1));
+}
+
 Table outputs_table(const ident::TransferFunction& tf) {
   Table table{{"output", "form", "unit", "largest", "at [Hz]", "mean coherence", "median sigma/|H| [%]"}, {}};
   for (const auto& output : tf.outputs) {
@@ -92,6 +101,7 @@ void run_frf(FrfArguments& arguments) {
   if (!arguments.band.empty()) settings.band = parse_band(arguments.band);
   std::map<std::string, ident::ChannelCorrection> corrections;
   for (const auto& channel : arguments.channels) add_correction(channel, corrections);
+  for (const auto& mass : arguments.clamp_masses) add_clamp_mass(mass, settings.clamp_mass);
 
   progress(fmt::format("reading {} record(s)", arguments.records.size()));
   const MeasuredTransfer measured = blaming(arguments.records, [&] {
@@ -167,6 +177,14 @@ void add_frf(CLI::App& app) {
       ->type_name("NAME:KEY=VALUE,...")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  frf->add_option("--clamp-mass", arguments->clamp_masses,
+                  "takes the mass that moves with the input between force cell and wire out of an output")
+      ->type_name("NAME:KG")
+      ->expected(1)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  frf->add_option("--fixture", arguments->settings.fixture,
+                  "takes the transfer function of the empty fixture (the same run without the wire) out")
+      ->type_name(read_file + std::string(".csv"));
   frf->footer(
       "Examples:\n"
       "  struna frf records.csv --input displacement --output force_y --output force_z -o trfam.csv --band "

@@ -81,6 +81,7 @@ fem::Scene scene_of(const Study& study) {
 ident::Provenance provenance_of(const Study& study, double band_lo_hz, double band_hi_hz) {
   std::vector<std::string> files = {study.file, study.scene};
   files.insert(files.end(), study.records.begin(), study.records.end());
+  if (!study.transfer.fixture.empty()) files.push_back(study.transfer.fixture);
   return provenance(files, band_lo_hz, band_hi_hz);
 }
 
@@ -237,6 +238,7 @@ void refuse_overwriting_inputs(const Study& study, const std::string& folder) {
   }
   std::vector<std::string> read = study.records;
   read.insert(read.end(), {study.file, study.scene});
+  if (!study.transfer.fixture.empty()) read.push_back(study.transfer.fixture);
   refuse_overwriting(written, read);
 }
 

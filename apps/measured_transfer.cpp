@@ -6,8 +6,10 @@
 #include <cmath>
 
 #include "apps/repeated_records.hpp"
+#include "ident/fixture.hpp"
 #include "ident/noise_floor.hpp"
 #include "ident/resonance_search.hpp"
+#include "ident/transfer_function_file.hpp"
 
 namespace struna::apps {
 namespace {
@@ -110,6 +112,12 @@ void warn_of_few_lines(const ident::TransferEstimate& estimate, const ident::Tra
 
 ident::TransferFunction in_band_and_form(ident::TransferFunction function, const TransferSettings& settings) {
   if (settings.band) function = ident::restrict_band(function, settings.band->lo_hz, settings.band->hi_hz);
+  if (!settings.fixture.empty()) {
+    const ident::TransferFunction empty = ident::read_transfer_function(settings.fixture);
+    function =
+        blaming({settings.fixture}, [&] { return ident::without_fixture(std::move(function), empty); });
+  }
+  if (!settings.clamp_mass.empty()) function = ident::without_mass(std::move(function), settings.clamp_mass);
   if (settings.form) function = ident::convert(function, *settings.form);
   return function;
 }

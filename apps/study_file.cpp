@@ -49,6 +49,11 @@ TransferSettings read_transfer(TomlTable table) {
     settings.method = chosen.method;
     settings.estimator = chosen.ratio;
   }
+  if (table.has("fixture")) settings.fixture = table.path("fixture");
+  if (table.has("clamp_mass")) {
+    TomlTable masses = table.table("clamp_mass");
+    for (const std::string& name : masses.keys()) settings.clamp_mass[name] = masses.not_negative(name, 0.0);
+  }
   if (table.has("drive_signal")) settings.drive_signal = table.text("drive_signal");
   if (table.has("form") && table.text("form") != "as-measured")
     settings.form = word(table, "form", ident::frf_kind);

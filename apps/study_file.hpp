@@ -18,9 +18,11 @@ struct TransferSettings {
   ident::EstimateMethod method = ident::EstimateMethod::automatic;
   ident::Estimator estimator = ident::Estimator::h1;  ///< Welch's ratio
   ident::WelchOptions welch;
-  std::string drive_signal;            ///< column; empty: none
-  std::optional<ident::FrfKind> form;  ///< none: as measured
-  std::optional<Band> band;            ///< none: every line above 0 Hz
+  std::string drive_signal;                  ///< column; empty: none
+  std::string fixture;                       ///< transfer function of the empty run; empty: none
+  std::map<std::string, double> clamp_mass;  ///< [kg], by output
+  std::optional<ident::FrfKind> form;        ///< none: as measured
+  std::optional<Band> band;                  ///< none: every line above 0 Hz
 };
 
 /// [[reference]]: a run with the shaker along another direction, or the study's only one.
