@@ -10,6 +10,7 @@
 #include "apps/console.hpp"
 #include "apps/predict.hpp"
 #include "apps/scene_file.hpp"
+#include "apps/sizing.hpp"
 #include "fem/plane_modes.hpp"
 #include "ident/atomic_file.hpp"
 
@@ -26,6 +27,8 @@ struct EigenArguments {
   std::string band;
   std::string to;
   int modes = 0;
+  double tolerance = 0.0;
+  bool explain = false;
 };
 
 /// What was asked for: a band, or the lowest modes; 0: as many as is usual.
@@ -42,6 +45,8 @@ struct EigenResult {
   Eigen::MatrixXd constant;  ///< modes x outputs; no columns where the body is not driven and measured
   std::string constant_unit;
   int elements = 0;
+  fem::MeshRequest request;
+  fem::MeshChoice mesh;
 };
 
 /// The body named, or the one that is driven and measured, or the only one.
@@ -131,8 +136,12 @@ Eigen::VectorXd mesh_error(const fem::Body& body, int elements, const Eigen::Vec
 EigenResult solve(const fem::Scene& scene, const fem::Body& body, const Wanted& wanted) {
   EigenResult result;
   const int modes_estimated = wanted.modes > 0 ? wanted.modes : default_modes;
-  result.elements =
-      mesh_elements(body, wanted.band ? wanted.band->hi_hz : highest_frequency_hz(body, modes_estimated));
+  result.request = frequency_request(
+      scene, wanted.band ? wanted.band->hi_hz : highest_frequency_hz(body, modes_estimated));
+  result.mesh = fem::choose_mesh(body, result.request);
+  // A count of modes must have its degrees of freedom, whatever the tolerance: two per element and plane.
+  if (body.elements == 0) result.mesh.elements = std::max(result.mesh.elements, modes_estimated / 2);
+  result.elements = result.mesh.elements;
   const fem::Model model = fem::assemble(body, result.elements);
   const fem::Eigenmodes modes = solve_modes(scene, model, count_of(wanted, model));
   const Eigen::VectorXd frequency_hz = fem::natural_frequencies_hz(body, modes.eigenvalue);
@@ -183,6 +192,13 @@ Table table(const EigenResult& result, const fem::Body& body) {
   return shown;
 }
 
+std::vector<Choice> choices(const EigenResult& result, const fem::Body& body) {
+  Choice elements = mesh_choice(body, result.request, result.mesh);
+  elements.why += fmt::format("; estimate before {:.1e}, found on twice the elements", *elements.error);
+  elements.error = result.mesh_error.cwiseAbs().maxCoeff();
+  return {elements, beam_theory_choice(body, result.frequency_hz.maxCoeff())};
+}
+
 void run_eigen(const EigenArguments& arguments) {
   Wanted wanted{arguments.modes, std::nullopt};
   if (!arguments.band.empty()) {
@@ -191,6 +207,7 @@ void run_eigen(const EigenArguments& arguments) {
   }
   fem::Scene scene = read_scene(arguments.scene);
   apply_parameters(scene, arguments.parameters);
+  state_tolerance(scene, arguments.tolerance);
   const fem::Body body = blaming({arguments.scene}, [&] { return chosen_body(scene, arguments.body); });
   require_modulus(body, arguments.scene);
   const EigenResult result = blaming({arguments.scene}, [&] { return solve(scene, body, wanted); });
@@ -202,6 +219,12 @@ void run_eigen(const EigenArguments& arguments) {
   if (!arguments.to.empty()) ident::write_atomically(arguments.to, csv(result, body));
   print(fmt::format("body {}, {} elements", body.name, result.elements));
   print(table(result, body));
+  if (arguments.explain) {
+    print("");
+    print(explanation(fmt::format("sized for natural frequencies within {:g} up to {:g} Hz",
+                                  result.request.tolerance, result.request.hi_hz),
+                      choices(result, body)));
+  }
 }
 
 }  // namespace
@@ -222,6 +245,12 @@ void add_eigen(CLI::App& app) {
       ->type_name("N")
       ->check(CLI::Range(1, most_modes).description(""));
   eigen->add_option("--band", arguments->band, "the modes in it [Hz]")->type_name("LO:HI");
+  eigen
+      ->add_option("--tolerance", arguments->tolerance,
+                   "of the frequencies, relative; default: the scene's, or 1e-5")
+      ->type_name("NUMBER");
+  eigen->add_flag("--explain", arguments->explain,
+                  "tell what mesh was chosen, why, and what more or less would give");
   eigen->add_option("-o", arguments->to, "table to write")->type_name(written_file + std::string(".csv"));
   eigen->footer(
       "Example:\n"

@@ -23,6 +23,8 @@ struct FitArguments {
   std::string band;
   std::string modulus_range;
   bool torsion_constant = false;
+  double tolerance = 0.0;
+  bool explain = false;
   ident::FitOptions options;
 };
 
@@ -130,7 +132,8 @@ void run_fit(FitArguments& arguments) {
   }
   if (arguments.torsion_constant) arguments.options.free.push_back("torsion_constant");
   for (const std::string& name : arguments.options.free) option_value("--free", name, checked_number);
-  const fem::Scene scene = read_scene(arguments.scene);
+  fem::Scene scene = read_scene(arguments.scene);
+  state_tolerance(scene, arguments.tolerance);
   blaming({arguments.scene}, [&] { fem::linear_path(scene); });
   const ident::ModeSet modes = ident::read_modes(arguments.modes);
   progress(fmt::format("pairing {} modes", modes.modes.size()));
@@ -143,6 +146,12 @@ void run_fit(FitArguments& arguments) {
                                      identified.provenance.band_hi_hz);
   ident::write_parameters(identified, arguments.to, found.doubts);
   print_result(modes, identified);
+  if (arguments.explain) {
+    print("");
+    print(explanation(fmt::format("sized for natural frequencies within {:g} up to {:g} Hz",
+                                  found.request.tolerance, found.request.hi_hz),
+                      fit_choices(found)));
+  }
 }
 
 }  // namespace
@@ -175,6 +184,11 @@ void add_fit(CLI::App& app) {
       ->allow_extra_args(false);
   fit->add_flag("--torsion-constant", arguments->torsion_constant,
                 "fits the torsion constant, which a curved body's modes tell: --free torsion_constant");
+  fit->add_option("--tolerance", arguments->tolerance,
+                  "of the model's natural frequencies, relative; default: the scene's, or 1e-5")
+      ->type_name("NUMBER");
+  fit->add_flag("--explain", arguments->explain,
+                "tell what mesh was chosen, why, and what more or less would give");
   fit->footer(
       "Examples:\n"
       "  struna fit scene.toml modes.csv -o identified.toml\n"

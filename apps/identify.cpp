@@ -36,7 +36,7 @@ struct Identification {
   SceneFit fit;
   ident::TransferFunction predicted;
   ident::TransferFunction predicted_viscous;
-  double mesh_error = 0.0;
+  PredictionMesh mesh;
   ident::Comparison comparison;
   ident::Comparison comparison_viscous;
   std::optional<ident::BootstrapScatter> bootstrap;
@@ -101,23 +101,21 @@ void predict_both(Identification& found) {
   fem::select_outputs(scene, ident::output_names(measured));
   const ident::IdentifiedParameters* identified = &found.fit.identified;
   found.predicted =
-      predict(scene, fem::Damping::structural, measured.frequency_hz, form, &found.mesh_error, identified);
+      predict(scene, fem::Damping::structural, measured.frequency_hz, form, &found.mesh, identified);
   found.predicted_viscous =
       predict(scene, fem::Damping::viscous, measured.frequency_hz, form, nullptr, identified);
-  if (const auto warning =
-          mesh_warning(fem::linear_path(scene).body, measured.frequency_hz, found.mesh_error)) {
-    tell(*warning);
-  }
+  if (const auto warning = mesh_warning(found.mesh)) tell(*warning);
   if (const auto warning = window_warning(measured.exponential_decay, found.predicted.exponential_decay)) {
     tell(*warning);
   }
 }
 
-Identification identify(const Study& study, long replicates) {
+Identification identify(const Study& study, double tolerance, long replicates) {
   if (replicates > 0 && !study.transfer.drive_signal.empty())
     throw Error(study.file, 0,
                 "--bootstrap replicates outputs over an input and knows no drive_signal: take one out");
-  const fem::Scene scene = scene_of(study);
+  fem::Scene scene = scene_of(study);
+  state_tolerance(scene, tolerance);
   Identification found;
 
   progress("reading the records and estimating the transfer function");
@@ -185,7 +183,7 @@ std::vector<std::pair<std::string, std::string>> settings_of(const Study& study,
   if (found.bootstrap) settings.emplace_back("error bars", bootstrap_line(*found.bootstrap));
   settings.emplace_back("mode method", ident::to_string(study.modes.method));
   settings.emplace_back("elements", std::to_string(found.fit.elements));
-  settings.emplace_back("mesh error of the prediction", fmt::format("{:.1e}", found.mesh_error));
+  settings.emplace_back("mesh error of the prediction", fmt::format("{:.1e}", found.mesh.checked_error));
   return settings;
 }
 
@@ -271,12 +269,36 @@ void print_summary(const std::string& folder, const Identification& found) {
   print("written to " + folder + "; open " + (std::filesystem::path(folder) / "report.html").string());
 }
 
+void print_explanation(const Identification& found) {
+  print("");
+  print(explanation(fmt::format("fit: sized for natural frequencies within {:g} up to {:g} Hz",
+                                found.fit.request.tolerance, found.fit.request.hi_hz),
+                    fit_choices(found.fit)));
+  Choice elements =
+      mesh_choice(fem::linear_path(found.fit.scene).body, found.mesh.request, found.mesh.choice);
+  elements.why += fmt::format("; estimate before {:.1e}", *elements.error);
+  elements.error = found.mesh.checked_error;
+  std::vector<Choice> choices = {
+      elements, {.what = "lines", .value = "those of the records", .why = "to be compared with them"}};
+  for (const auto& [what, value] : transfer_settings_shown(found.transfer)) {
+    if (what == "resolution" || what == "estimator")
+      choices.push_back(
+          {.what = what, .value = value, .why = "from the records or the study, see struna frf"});
+  }
+  print(explanation(
+      fmt::format("prediction: sized for outputs within {:g} from {:g} to {:g} Hz",
+                  found.mesh.request.tolerance, found.mesh.request.lo_hz, found.mesh.request.hi_hz),
+      choices));
+}
+
 }  // namespace
 
 void add_identify(CLI::App& app) {
   struct Options {
     std::string study;
     std::string folder;
+    double tolerance = 0.0;
+    bool explain = false;
     long replicates = 0;
   };
   auto options = std::make_shared<Options>();
@@ -298,6 +320,14 @@ void add_identify(CLI::App& app) {
                    "factor of 1.5): bootstrap.csv")
       ->check(CLI::Range(10L, 10000L).description(""))
       ->type_name("N");
+  command
+      ->add_option(
+          "--tolerance", options->tolerance,
+          "of the model: natural frequencies of the fit, outputs of the prediction; default: the scene's, or "
+          "1e-5 and 0.001")
+      ->type_name("NUMBER");
+  command->add_flag("--explain", options->explain,
+                    "tell what was chosen, why, and what more or less would give");
   command->footer(
       "Example:\n"
       "  struna identify sample_data/curved_wire/study.toml -o out\n\n"
@@ -306,11 +336,12 @@ void add_identify(CLI::App& app) {
     check_folder(options->folder);
     const Study study = read_study(options->study);
     refuse_overwriting_inputs(study, options->folder);
-    const Identification found = identify(study, options->replicates);
+    const Identification found = identify(study, options->tolerance, options->replicates);
     for (const auto& doubt : found.doubts) warn(ident::sentence(doubt));
     for (const auto& warning : found.warnings) warn(warning);
     write(study, options->folder, found);
     print_summary(options->folder, found);
+    if (options->explain) print_explanation(found);
   });
 }
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -11,6 +12,8 @@
 #include "apps/commands.hpp"
 #include "apps/console.hpp"
 #include "apps/scene_file.hpp"
+#include "apps/sizing.hpp"
+#include "fem/sized_response.hpp"
 #include "ident/parameter_file.hpp"
 #include "ident/prediction_band.hpp"
 #include "ident/transfer_function_file.hpp"
@@ -20,7 +23,6 @@ namespace {
 
 constexpr double default_from_hz = 10.0;
 constexpr double default_to_hz = 1000.0;
-constexpr double default_resolution_hz = 0.5;
 /// Largest mesh error that passes without a warning.
 constexpr double quiet_mesh_error = 0.01;
 
@@ -32,6 +34,8 @@ struct PredictArguments {
   std::string damping = "structural";
   std::string band;
   double resolution_hz = 0.0;
+  double tolerance = 0.0;
+  bool explain = false;
 };
 
 /// Order of the time derivative that is read over that of displacement; 0 where the ratio does not depend on
@@ -61,28 +65,6 @@ ident::FrfKind natural_kind(const fem::Scene& scene) {
   return by_derivative[derivative(scene)];
 }
 
-/// Every so many of the lines, the last one among them: at most `most`.
-Eigen::VectorXd thinned(const Eigen::VectorXd& lines, long most) {
-  if (lines.size() <= most) return lines;
-  Eigen::VectorXd few(most);
-  for (long i = 0; i < most; ++i) few(i) = lines(i * (lines.size() - 1) / (most - 1));
-  return few;
-}
-
-double largest_mesh_error(const fem::Model& model, const fem::LinearPath& path, fem::Damping damping,
-                          const Eigen::VectorXd& frequency_hz) {
-  const fem::HarmonicResponse r = fem::harmonic_response(model, path.drive, path.measurement,
-                                                         thinned(frequency_hz, 200), {damping, true});
-  double worst = 0.0;
-  for (long line = 0; line < r.frequency_hz.size(); ++line) {
-    const double size = r.response.row(line).norm();
-    const double error = r.mesh_error.row(line).norm();
-    if (error > 0.0)
-      worst = std::max(worst, size > 0.0 ? error / size : std::numeric_limits<double>::infinity());
-  }
-  return worst;
-}
-
 Eigen::VectorXd uniform_lines(const Band& band, double resolution_hz) {
   const double first = std::max(band.lo_hz, resolution_hz);
   const double count = std::floor((band.hi_hz - first) / resolution_hz * (1.0 + 1e-12)) + 1.0;
@@ -98,6 +80,7 @@ struct Wanted {
   Eigen::VectorXd frequency_hz;
   ident::FrfKind form = ident::FrfKind::unknown;
   double exponential_decay = 0.0;  ///< [1/s] that the --like file's window added
+  double resolution_hz = 0.0;      ///< 0: the lines are a file's
 };
 
 Wanted wanted_like(const std::string& file, const std::string& band, fem::Scene& scene) {
@@ -128,16 +111,18 @@ Wanted wanted_like(const std::string& file, const std::string& band, fem::Scene&
   return wanted;
 }
 
-Wanted wanted_lines(const PredictArguments& arguments) {
+Wanted wanted_lines(const PredictArguments& arguments, const fem::Body& body, fem::Damping damping) {
   const Band band =
       arguments.band.empty() ? Band{default_from_hz, default_to_hz} : parse_band(arguments.band);
-  const double resolution = arguments.resolution_hz > 0.0 ? arguments.resolution_hz : default_resolution_hz;
+  const double resolution = arguments.resolution_hz > 0.0
+                                ? arguments.resolution_hz
+                                : default_resolution_hz(body, damping, band.lo_hz, band.hi_hz);
   if (arguments.band.empty() || arguments.resolution_hz == 0.0) {
     print(fmt::format(
         "lines from {:g} to {:g} Hz, every {:g} Hz (--band, --resolution, or --like to repeat a file's)",
         band.lo_hz, band.hi_hz, resolution));
   }
-  return {uniform_lines(band, resolution)};
+  return {uniform_lines(band, resolution), ident::FrfKind::unknown, 0.0, resolution};
 }
 
 /// What the files say of the body; nullopt when none belongs to it.
@@ -160,6 +145,31 @@ bool has_covariance(const ident::IdentifiedParameters& identified, fem::Damping 
   return identified.rayleigh_known && identified.rayleigh.determined && identified.rayleigh.beta_sigma > 0.0;
 }
 
+std::vector<Choice> prediction_choices(const fem::Scene& scene, const PredictionMesh& mesh,
+                                       const Wanted& wanted, bool resolution_given) {
+  const fem::Body body = fem::linear_path(scene).body;
+  const fem::Damping damping = mesh.request.damping;
+  Choice elements = mesh_choice(body, mesh.request, mesh.choice);
+  elements.why += fmt::format("; estimate before {:.1e}", *elements.error);
+  elements.error = mesh.checked_error;
+  std::vector<Choice> choices = {elements};
+  if (wanted.resolution_hz > 0.0) {
+    choices.push_back(lines_choice(body, damping, mesh.request.lo_hz, mesh.request.hi_hz,
+                                   wanted.resolution_hz, resolution_given));
+  } else {
+    choices.push_back({.what = "lines", .value = "those of the file", .fixed = true, .why = "--like"});
+  }
+  choices.push_back({.what = "modes", .value = "all", .why = "the direct solution leaves none out"});
+  choices.push_back({.what = "solution",
+                     .value = scene.contacts.empty() ? "linear" : "linear, contact left out",
+                     .fixed = !scene.contacts.empty(),
+                     .why = scene.contacts.empty()
+                                ? "no contact in the scene"
+                                : "struna predict; struna simulate tells whether a gap closes"});
+  choices.push_back(beam_theory_choice(body, mesh.request.hi_hz));
+  return choices;
+}
+
 void run_predict(const PredictArguments& arguments) {
   const fem::Damping damping = option_value("--damping", arguments.damping, fem::damping_kind);
   if (!arguments.like.empty() && arguments.resolution_hz > 0.0) {
@@ -167,24 +177,26 @@ void run_predict(const PredictArguments& arguments) {
   }
   fem::Scene scene = read_scene(arguments.scene);
   apply_parameters(scene, arguments.parameters);
-  const Wanted wanted =
-      arguments.like.empty() ? wanted_lines(arguments) : wanted_like(arguments.like, arguments.band, scene);
-
+  state_tolerance(scene, arguments.tolerance);
   const auto files = [&] {
     std::vector<std::string> all = {arguments.scene};
     all.insert(all.end(), arguments.parameters.begin(), arguments.parameters.end());
     return all;
   }();
-  const fem::LinearPath path = blaming(files, [&] { return fem::linear_path(scene); });
-  require_modulus(path.body, arguments.scene);
+  const fem::Body body = blaming(files, [&] { return fem::linear_path(scene); }).body;
+  require_modulus(body, arguments.scene);
+  const Wanted wanted = arguments.like.empty() ? wanted_lines(arguments, body, damping)
+                                               : wanted_like(arguments.like, arguments.band, scene);
   for (const std::string& warning : prediction_warnings(scene, damping, wanted.frequency_hz)) warn(warning);
 
-  double worst = 0.0;
-  const auto identified = parameters_of(path.body.name, arguments.parameters);
+  PredictionMesh mesh;
+  const auto identified = parameters_of(body.name, arguments.parameters);
+  const auto begin = std::chrono::steady_clock::now();
   const ident::TransferFunction tf = blaming(files, [&] {
-    return predict(scene, damping, wanted.frequency_hz, wanted.form, &worst,
+    return predict(scene, damping, wanted.frequency_hz, wanted.form, &mesh,
                    identified ? &*identified : nullptr);
   });
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   if (const auto warning = window_warning(wanted.exponential_decay, tf.exponential_decay))
     warn(arguments.like + ": " + *warning);
   ident::write_transfer_function(tf, arguments.to);
@@ -193,8 +205,14 @@ void run_predict(const PredictArguments& arguments) {
       fmt::format("{} lines, {} outputs [{}], {} damping, {} elements; largest estimated mesh error {:.2g} "
                   "of the outputs",
                   tf.lines(), tf.outputs.size(), tf.outputs.front().unit, fem::to_string(damping),
-                  mesh_elements(path.body, wanted.frequency_hz.maxCoeff()), worst));
-  if (const auto warning = mesh_warning(path.body, wanted.frequency_hz, worst)) warn(*warning);
+                  mesh.choice.elements, mesh.checked_error));
+  if (const auto warning = mesh_warning(mesh)) warn(*warning);
+  if (arguments.explain) {
+    print("");
+    print(explanation(fmt::format("sized for outputs within {:g} from {:g} to {:g} Hz; cost 1 is {:.2g} s",
+                                  mesh.request.tolerance, mesh.request.lo_hz, mesh.request.hi_hz, seconds),
+                      prediction_choices(scene, mesh, wanted, arguments.resolution_hz > 0.0)));
+  }
 }
 
 bool is_zero(const fem::FrequencyLaw& law) {
@@ -203,10 +221,6 @@ bool is_zero(const fem::FrequencyLaw& law) {
 }
 
 }  // namespace
-
-int mesh_elements(const fem::Body& body, double highest_hz) {
-  return body.elements > 0 ? body.elements : fem::recommended_elements(body, highest_hz, mesh_tolerance);
-}
 
 std::vector<std::string> extrapolation_warnings(const fem::Body& body, fem::Damping damping,
                                                 const Eigen::VectorXd& frequency_hz) {
@@ -245,13 +259,13 @@ std::vector<std::string> prediction_warnings(const fem::Scene& scene, fem::Dampi
   return warnings;
 }
 
-std::optional<std::string> mesh_warning(const fem::Body& body, const Eigen::VectorXd& frequency_hz,
-                                        double worst_mesh_error) {
-  if (!(worst_mesh_error > quiet_mesh_error)) return std::nullopt;
+std::optional<std::string> mesh_warning(const PredictionMesh& mesh) {
+  if (!(mesh.checked_error > (mesh.stated ? mesh.request.tolerance : quiet_mesh_error))) return std::nullopt;
   return fmt::format(
-      "the mesh may be off by {:.2g} of the outputs at the worst line; more elements than {} in the scene "
+      "the mesh may be off by {:.2g} of the outputs at the worst line{}; more elements than {} in the scene "
       "help",
-      worst_mesh_error, mesh_elements(body, frequency_hz.maxCoeff()));
+      mesh.checked_error, mesh.stated ? fmt::format(", tolerance {:g}", mesh.request.tolerance) : "",
+      mesh.choice.elements);
 }
 
 std::optional<std::string> window_warning(double measured_decay, double predicted_decay) {
@@ -264,17 +278,17 @@ std::optional<std::string> window_warning(double measured_decay, double predicte
 
 ident::TransferFunction predict(const fem::Scene& scene, fem::Damping damping,
                                 const Eigen::VectorXd& frequency_hz, ident::FrfKind form,
-                                double* worst_mesh_error, const ident::IdentifiedParameters* identified) {
+                                PredictionMesh* mesh, const ident::IdentifiedParameters* identified) {
   if (frequency_hz.size() == 0) throw Error("predict: at least one frequency is needed, got none");
   const fem::LinearPath path = fem::linear_path(scene);
-  const fem::Model model = fem::assemble(path.body, mesh_elements(path.body, frequency_hz.maxCoeff()));
-  const fem::HarmonicResponse response =
-      fem::harmonic_response(model, path.drive, path.measurement, frequency_hz, {damping, false});
-  if (worst_mesh_error != nullptr) *worst_mesh_error = largest_mesh_error(model, path, damping, frequency_hz);
+  const fem::SizedResponse sized = fem::sized_response(path.body, path.drive, path.measurement, frequency_hz,
+                                                       damping, tolerance_of(scene, response_tolerance));
+  const fem::HarmonicResponse& response = sized.response;
+  if (mesh != nullptr) *mesh = {sized.request, sized.mesh, sized.checked_error, scene.tolerance > 0.0};
   Eigen::MatrixXd sigma;
   if (identified != nullptr && has_covariance(*identified, damping))
-    sigma =
-        ident::prediction_band(model, path.drive, path.measurement, response, damping, *identified).sigma();
+    sigma = ident::prediction_band(sized.model, path.drive, path.measurement, response, damping, *identified)
+                .sigma();
 
   const ident::FrfKind natural = natural_kind(scene);
   const Eigen::ArrayXcd i_omega = std::complex<double>(0.0, 2.0 * std::numbers::pi) * frequency_hz.array();
@@ -311,14 +325,23 @@ void add_predict(CLI::App& app) {
   predict->add_option("--damping", arguments->damping, "structural (default) or viscous")->type_name("WORD");
   predict->add_option("--band", arguments->band, "lines [Hz]; default 10:1000, with --like all of its lines")
       ->type_name("LO:HI");
-  predict->add_option("--resolution", arguments->resolution_hz, "line spacing; default 0.5")
+  predict
+      ->add_option("--resolution", arguments->resolution_hz,
+                   "line spacing; default 0.5, or finer where a resonance is narrow")
       ->type_name("HZ")
       ->check(
           CLI::Range(std::numeric_limits<double>::min(), std::numeric_limits<double>::max()).description(""));
+  predict
+      ->add_option("--tolerance", arguments->tolerance,
+                   "of the outputs on the worst line; default: the scene's, or 0.001")
+      ->type_name("NUMBER");
+  predict->add_flag("--explain", arguments->explain,
+                    "tell what was chosen, why, and what more or less would give");
   predict->footer(
       "Example:\n"
       "  struna predict scene.toml -o predicted.csv --parameters identified.toml --like trfam.csv\n"
-      "  struna predict scene.toml -o predicted.csv --damping viscous --band 10:1000 --resolution 0.25");
+      "  struna predict scene.toml -o predicted.csv --damping viscous --band 10:1000 --resolution 0.25\n"
+      "  struna predict scene.toml -o predicted.csv --tolerance 0.01 --explain");
   predict->callback([arguments] { run_predict(*arguments); });
 }
 

@@ -239,8 +239,9 @@ fem::Excitation read_excitation(TomlTable table, double nyquist_hz) {
   return excitation;
 }
 
-fem::Simulation read_simulation(TomlTable table) {
+fem::Simulation read_simulation(TomlTable table, double tolerance) {
   fem::Simulation simulation;
+  if (tolerance > 0.0) simulation.tolerance = tolerance;
   simulation.duration = table.positive("duration");
   simulation.sample_rate = table.positive("sample_rate", simulation.sample_rate);
   simulation.excitation = read_excitation(table.table("excitation"), 0.5 * simulation.sample_rate);
@@ -271,13 +272,17 @@ fem::Scene read_scene(const std::string& file) {
   const toml::table content = parse_toml(file);
   TomlTable root(content, file);
   fem::Scene scene;
+  scene.tolerance = root.positive("tolerance", 0.0);
+  if (scene.tolerance >= 1.0) {
+    throw root.error("tolerance", fmt::format("is a fraction, below 1, got {}", scene.tolerance));
+  }
   for (TomlTable& body : root.tables("body"))
     scene.bodies.push_back(read_body(body, scene, root.has("simulation")));
   if (scene.bodies.empty()) throw Error(file, 0, "has no [[body]]: a scene needs at least one");
   if (root.has("drive")) scene.drive = read_drive(root.table("drive"), scene);
   if (root.has("measure")) scene.measurement = read_measurement(root.table("measure"), scene);
   for (TomlTable& contact : root.tables("contact")) scene.contacts.push_back(read_contact(contact, scene));
-  if (root.has("simulation")) scene.simulation = read_simulation(root.table("simulation"));
+  if (root.has("simulation")) scene.simulation = read_simulation(root.table("simulation"), scene.tolerance);
   root.finish();
   for (const std::string& warning : scene_warnings(scene)) warn(file + ": " + warning);
   return scene;

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "apps/predict.hpp"
 #include "apps/scene_file.hpp"
 #include "fem/error.hpp"
 
@@ -35,8 +34,10 @@ SceneFit fit_to_scene(const fem::Scene& scene, const ident::ModeSet& modes,
   if (!modes.outputs.empty()) fem::select_outputs(fit.scene, modes.outputs);
   fem::LinearPath path = fem::linear_path(fit.scene);
   const double highest_hz = modes.modes.back().natural_frequency_hz;
+  fit.request = frequency_request(scene, highest_hz);
   const auto elements = [&](const fem::Body& body) {
-    return body.elements > 0 || has_modulus(body) ? mesh_elements(body, highest_hz) : first_elements;
+    if (body.elements > 0) return body.elements;
+    return has_modulus(body) ? fem::choose_mesh(body, fit.request).elements : first_elements;
   };
 
   fit.elements = elements(path.body);
@@ -70,6 +71,21 @@ SceneFit fit_to_scene(const fem::Scene& scene, const ident::ModeSet& modes,
   }
   if (ident::shapes_disagree_grossly(fit.doubts)) ident::withdraw_trust(fit.identified);
   return fit;
+}
+
+std::vector<Choice> fit_choices(const SceneFit& fit) {
+  fem::Body body = fem::linear_path(fit.scene).body;
+  if (!has_modulus(body)) return {};
+  const bool given = body.elements > 0;
+  fem::MeshChoice mesh = fem::choose_mesh(body, fit.request);
+  if (!given && mesh.elements != fit.elements) {  // begun with more, or ended with fewer rounds
+    mesh.elements = fit.elements;
+    mesh.error = fem::estimate_mesh_error(body, fit.request, fit.elements);
+  }
+  Choice choice = mesh_choice(body, fit.request, mesh);
+  if (!given && fit.elements == first_elements)
+    choice.why = "enough to begin with, before a modulus is known";
+  return {choice, beam_theory_choice(body, fit.request.hi_hz)};
 }
 
 std::string trust_line(const ident::ModeSet& modes, const ident::IdentifiedParameters& identified) {

@@ -6,15 +6,15 @@
 #include <cmath>
 #include <numbers>
 
+#include "fem/sizing.hpp"
+
 namespace struna::apps {
 namespace {
 
 // Bending beams are shorter and longer than this, but seldom: silicone has 1e6 Pa, diamond 1.2e12 Pa, cork
-// 120 kg/m^3, osmium 22590 kg/m^3. Below ten diameters, rotary inertia and shear, which the model has not,
-// take several per cent off the first natural frequency.
+// 120 kg/m^3, osmium 22590 kg/m^3.
 constexpr double longest = 20.0;
 constexpr double thickest = 0.5;
-constexpr double least_slenderness = 10.0;
 constexpr double softest = 1e6;
 constexpr double hardest = 2e12;
 constexpr double lightest = 50.0;
@@ -42,11 +42,11 @@ void check_size(const fem::Body& body, std::vector<std::string>& warnings) {
     warnings.push_back(fmt::format(
         "{} is {:.4g} m long and {:.4g} m thick: lengths are in metres (1 mm is 0.001), areas in m^2", who,
         length, diameter));
-  } else if (length < least_slenderness * diameter) {
+  } else if (length < fem::least_slenderness * diameter) {
     warnings.push_back(fmt::format(
         "{} is {:.4g} m long and {:.4g} m thick, {:.2g} times its thickness: are both in metres? Below {:g} "
         "times, shear, which the model has not, counts",
-        who, length, diameter, length / diameter, least_slenderness));
+        who, length, diameter, length / diameter, fem::least_slenderness));
   }
 }
 

@@ -13,6 +13,8 @@
 #include "apps/provenance.hpp"
 #include "apps/scene_file.hpp"
 #include "apps/simulate_report.hpp"
+#include "apps/simulation_sizing.hpp"
+#include "apps/sizing.hpp"
 #include "fem/simulation.hpp"
 #include "ident/atomic_file.hpp"
 #include "ident/record.hpp"
@@ -29,6 +31,8 @@ struct SimulateArguments {
   std::string contacts_to;
   std::string report_to;
   std::string against;
+  double tolerance = 0.0;
+  bool explain = false;
 };
 
 std::atomic<bool> interrupted_ = false;
@@ -208,7 +212,8 @@ Rows report_rows(const fem::SimulationReport& report) {
   }
   for (const auto& body : report.bodies) {
     add(fmt::format("'{}'", body.name),
-        fmt::format("{} elements, largest slope {:.3g} rad", body.elements, body.largest_slope));
+        fmt::format("{} elements, largest slope {:.3g} rad, bending strain {:.2g}", body.elements,
+                    body.largest_slope, body.largest_bending_strain));
   }
   return rows;
 }
@@ -320,6 +325,7 @@ void run_simulate(const SimulateArguments& arguments) {
   for (const auto& body : scene.bodies) require_modulus(body, arguments.scene);
   if (!scene.simulation)
     throw Error(arguments.scene, 0, "a [simulation] with duration and excitation is needed");
+  state_tolerance(scene, arguments.tolerance);
   if (!arguments.method.empty())
     scene.simulation->method = option_value("--method", arguments.method, method_of);
   refuse_overwriting(
@@ -333,7 +339,7 @@ void run_simulate(const SimulateArguments& arguments) {
 
   const InterruptGuard guard;
   const auto response = blaming({arguments.scene}, [&] {
-    return fem::simulate(scene, motion, RunProgress(scene.simulation->duration), warn);
+    return fem::simulate(scene, motion, RunProgress(scene.simulation->duration), warn, arguments.explain);
   });
   if (response.motion.size() < 2) {
     throw Error(response.report.complete
@@ -345,6 +351,7 @@ void run_simulate(const SimulateArguments& arguments) {
   ident::write_record(record, arguments.to);
   if (!arguments.contacts_to.empty()) write_contacts(response, arguments.contacts_to);
   print_rows(report_rows(response.report));
+  if (arguments.explain) print("\n" + simulation_explanation(scene, response.report));
   if (!response.report.complete) measured.reset();
   if (measured) compare_with(*measured, record);
   if (!arguments.report_to.empty()) {
@@ -384,6 +391,12 @@ void add_simulate(CLI::App& app) {
       ->add_option("--against", arguments->against,
                    "measured records CSV whose motion drives the scene: correlation and levels")
       ->type_name("FILE.csv");
+  simulate
+      ->add_option("--tolerance", arguments->tolerance,
+                   "of the largest displacement, instead of the scene's; default 0.001")
+      ->type_name("NUMBER");
+  simulate->add_flag("--explain", arguments->explain,
+                     "tell what was chosen, why, and what more or less would give (with contact: tried)");
   simulate->footer(
       "Ctrl-C stops a run; what was computed is written, exit code 1.\n"
       "Examples:\n"

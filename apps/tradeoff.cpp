@@ -230,25 +230,31 @@ void add_tradeoff(CLI::App& app) {
   CLI::App* const tradeoff =
       app.add_subcommand("tradeoff", "error against time of every method, on your data or built-in problems");
   tradeoff->add_option("-o", arguments->to, "folder for tradeoff.csv, index.html and an SVG per stage")
-      ->required();
+      ->required()
+      ->type_name("DIRECTORY");
   tradeoff
       ->add_option(
           "--stage", arguments->stages,
           "transfer, modes, model, harmonic or simulation; may be repeated; default: every stage that "
           "the data given speak of")
+      ->type_name("NAME")
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
-  tradeoff->add_option("--study", arguments->study, "study TOML: transfer and modes, on its records");
-  tradeoff->add_option("--trfam", arguments->trfam, "transfer function CSV: modes");
+  tradeoff->add_option("--study", arguments->study, "a study: transfer and modes, on its records")
+      ->type_name(read_file + std::string(".toml"));
+  tradeoff->add_option("--trfam", arguments->trfam, "a transfer function: modes")
+      ->type_name(read_file + std::string(".csv"));
   CLI::Option* const scene =
-      tradeoff->add_option("--scene", arguments->scene, "scene TOML: model, harmonic and simulation");
+      tradeoff->add_option("--scene", arguments->scene, "a scene: model, harmonic and simulation")
+          ->type_name(read_file + std::string(".toml"));
   tradeoff
       ->add_option("--parameters", arguments->parameters, "identified.toml; may be repeated, one per body")
+      ->type_name(read_file + std::string(".toml"))
       ->expected(1)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->needs(scene);
-  tradeoff->add_option("--band", arguments->band, "LO:HI of model and harmonic on a scene [Hz]")
-      ->capture_default_str()
+  tradeoff->add_option("--band", arguments->band, "of model and harmonic on a scene [Hz]; default 10:1000")
+      ->type_name("LO:HI")
       ->needs(scene);
   tradeoff->footer(
       "Without --study, --trfam or --scene: built-in problems, about two minutes for all stages.\n"

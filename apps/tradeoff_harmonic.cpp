@@ -174,7 +174,7 @@ std::vector<TradeoffChart> tradeoff_harmonic(const LinearProblem& problem, const
                                   problem.band.lo_hz, problem.band.hi_hz);
   chart.reference = reference.text;
   chart.reference_error = reference.response_error;
-  const int usual = default_elements(problem);
+  const int usual = default_elements(problem, fem::SizingTarget::response);
   for (const int elements : element_counts(usual)) {
     run.progress(fmt::format("harmonic: {}, direct, {} elements", problem.name, elements));
     TradeoffRow row{"direct",          "elements [-]", static_cast<double>(elements), 0.0, 0.0,

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "apps/predict.hpp"
+#include "apps/sizing.hpp"
 #include "fem/error.hpp"
 
 namespace struna::apps {
@@ -45,7 +45,7 @@ Values extrapolated(int elements, Solve solve, Error error_of, double& error) {
 }
 
 int reference_elements(const LinearProblem& problem) {
-  return std::max(fem::recommended_elements(problem.body, problem.band.hi_hz, mesh_tolerance), 12);
+  return std::max(fem::recommended_elements(problem.body, problem.band.hi_hz, frequency_tolerance), 12);
 }
 
 std::string reference_text(int elements) {
@@ -80,8 +80,14 @@ LinearProblem scene_problem(const fem::Scene& scene, const std::string& name, co
   return {name, path.body, path.drive, path.measurement, path.body.material.damping, band};
 }
 
-int default_elements(const LinearProblem& problem) {
-  return mesh_elements(problem.body, problem.band.hi_hz);
+int default_elements(const LinearProblem& problem, fem::SizingTarget target) {
+  const bool response = target == fem::SizingTarget::response;
+  return fem::choose_mesh(problem.body, {.lo_hz = problem.band.lo_hz,
+                                         .hi_hz = problem.band.hi_hz,
+                                         .tolerance = response ? response_tolerance : frequency_tolerance,
+                                         .target = target,
+                                         .damping = problem.damping})
+      .elements;
 }
 
 LinearReference response_reference(const LinearProblem& problem, long lines) {

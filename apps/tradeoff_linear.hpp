@@ -8,6 +8,7 @@
 #include "apps/usage.hpp"
 #include "fem/harmonic.hpp"
 #include "fem/scene.hpp"
+#include "fem/sizing.hpp"
 
 namespace struna::apps {
 
@@ -46,8 +47,9 @@ LinearReference linear_reference(const LinearProblem& problem, long lines);
 /// The same without natural frequencies, which take longer than all lines.
 LinearReference response_reference(const LinearProblem& problem, long lines);
 
-/// Elements that the program takes: the body's own, or those of the automatic choice for the band's end.
-int default_elements(const LinearProblem& problem);
+/// Elements that the program takes for natural frequencies or for a response: the body's own, or those of the
+/// automatic choice.
+int default_elements(const LinearProblem& problem, fem::SizingTarget target);
 
 /// Largest |f/f_ref - 1| over the reference's modes; infinite when there are fewer.
 double frequency_error(const Eigen::VectorXd& natural_frequency_hz, const Eigen::VectorXd& reference);

@@ -48,8 +48,8 @@ std::vector<MeshKind> kinds_for(const fem::Body& body) {
           MeshKind::chords_lumped};
 }
 
-std::vector<int> element_counts(int usual) {
-  std::vector<int> counts = {8, 12, 16, 24, 32, 48, 64, 96, usual};
+std::vector<int> element_counts(int usual, int usual_in_response) {
+  std::vector<int> counts = {8, 12, 16, 24, 32, 48, 64, 96, usual, usual_in_response};
   std::sort(counts.begin(), counts.end());
   counts.erase(std::unique(counts.begin(), counts.end()), counts.end());
   return counts;
@@ -105,15 +105,18 @@ std::vector<TradeoffChart> tradeoff_model(const LinearProblem& problem, const Tr
   response.error_label = fmt::format("relative rms over {} lines from {:g} to {:g} Hz, worst output", lines,
                                      problem.band.lo_hz, problem.band.hi_hz);
   response.reference_error = reference.response_error;
-  const int usual = default_elements(problem);
+  const int usual = default_elements(problem, fem::SizingTarget::natural_frequencies);
+  const int usual_in_response = default_elements(problem, fem::SizingTarget::response);
   for (const MeshKind kind : kinds_for(problem.body)) {
     const std::string name = kind_name(kind, problem.body.centreline.is_straight());
-    for (const int elements : element_counts(usual)) {
+    for (const int elements : element_counts(usual, usual_in_response)) {
       run.progress(fmt::format("model: {}, {}, {} elements", problem.name, name, elements));
       fem::Model model = tradeoff_mesh(problem.body, elements, kind);
       if (static_cast<int>(model.free_dof.size()) < modes) continue;
-      const bool is_default = kind == MeshKind::curved_consistent && elements == usual;
-      TradeoffRow row{name, "elements [-]", static_cast<double>(elements), 0.0, 0.0, is_default, false};
+      const bool as_built = kind == MeshKind::curved_consistent;
+      TradeoffRow row{
+          name, "elements [-]", static_cast<double>(elements), 0.0, 0.0, as_built && elements == usual,
+          false};
       Eigen::VectorXd eigenvalue;
       row.seconds = best_seconds(run.timing, [&] {
         eigenvalue = fem::solve_eigenmodes(tradeoff_mesh(problem.body, elements, kind), modes).eigenvalue;
@@ -128,6 +131,7 @@ std::vector<TradeoffChart> tradeoff_model(const LinearProblem& problem, const Tr
                      .response;
       });
       row.error = response_error(values, reference.response);
+      row.is_default = as_built && elements == usual_in_response;
       response.rows.push_back(row);
     }
   }

@@ -17,6 +17,9 @@ constexpr double panel_width = 560.0;
 constexpr double plot_height = 300.0;
 constexpr double left = 62.0, right = 16.0, top = 40.0;
 constexpr double legend_line = 17.0, text_line = 15.0;
+/// Characters of the 12 px text that fit beside the axis: DejaVu Sans, the widest of the fonts, takes 0.62 of
+/// its size per character of running text.
+constexpr auto text_width = static_cast<std::size_t>((panel_width - left - right) / (0.62 * 12.0));
 
 std::string escaped(const std::string& text) {
   std::string safe;
@@ -231,7 +234,7 @@ std::string below(const Panel& panel, double& y) {
   }
   text += text_at(left, y, "start", "ring: the default; dashed: the Pareto front", "class=\"soft\"");
   y += legend_line + 2.0;
-  for (const auto& line : wrapped(advice(panel.chart), 76)) {
+  for (const auto& line : wrapped(advice(panel.chart), text_width)) {
     text += text_at(left, y, "start", line);
     y += text_line;
   }

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <tuple>
+#include <limits>
 #include <utility>
 
 #include "fem/error.hpp"
@@ -19,6 +19,8 @@ struct Trial {
   std::vector<Eigen::Vector2d> path;
   double from = 0.0, until = 0.0;  ///< [s]
   double largest = 0.0;            ///< displacement [m]
+  long steps = 0;
+  int modes = 0;
 };
 
 struct TrialSetup {
@@ -64,7 +66,10 @@ Trial run_trial(const TrialSetup& setup, const ModalSteppingOptions& options, do
     for (int i = 0; i < points; ++i) trial.path.push_back(stepper.offset(i));
     trial.until = t;
   }
-  trial.largest = stepper.report().largest_displacement;
+  const StepReport& report = stepper.report();
+  trial.largest = report.largest_displacement;
+  trial.steps = report.free_steps + report.contact_steps;
+  trial.modes = report.modes;
   return trial;
 }
 
@@ -86,20 +91,21 @@ double highest_mode(const std::vector<ModalBody>& bodies) {
 
 /// The loosest tolerance, from the one asked by quarters, that meets the share; where none does, the loosest
 /// that errs at most 1.5 times as much as the best.
-template <class ErrorOf>
-void choose_tolerance(double asked, const ErrorOf& error_of, AccuracyChoice& choice) {
-  std::vector<std::pair<double, double>> tried;  // tolerance, error
-  for (double tolerance = asked; tried.size() < 4; tolerance *= 0.25) {
-    tried.emplace_back(tolerance, error_of(tolerance));
-    if (tried.back().second <= share * asked) break;
+template <class Tried>
+AccuracyTrial chosen_tolerance(double asked, const Tried& tried) {
+  std::vector<AccuracyTrial> trials;
+  for (double tolerance = asked; trials.size() < 4; tolerance *= 0.25) {
+    trials.push_back(tried(tolerance, 0.0));
+    if (trials.back().error <= share * asked) break;
   }
-  const auto by_error = [](const auto& a, const auto& b) { return a.second < b.second; };
-  const double best = std::min_element(tried.begin(), tried.end(), by_error)->second;
-  const auto enough = [&](const auto& t) { return t.second <= std::max(share * asked, 1.5 * best); };
-  std::tie(choice.tolerance, choice.estimated_error) = *std::find_if(tried.begin(), tried.end(), enough);
+  const auto by_error = [](const AccuracyTrial& a, const AccuracyTrial& b) { return a.error < b.error; };
+  const double best = std::min_element(trials.begin(), trials.end(), by_error)->error;
+  const auto enough = [&](const AccuracyTrial& t) { return t.error <= std::max(share * asked, 1.5 * best); };
+  return *std::find_if(trials.begin(), trials.end(), enough);
 }
 
-AccuracyChoice chosen(const TrialSetup& setup, double highest_hz, const ModalSteppingOptions& asked) {
+AccuracyChoice chosen(const TrialSetup& setup, double highest_hz, const ModalSteppingOptions& asked,
+                      bool levels) {
   ModalSteppingOptions options = asked;
   options.highest_mode_hz = 0.0;
   options.keep_events = false;
@@ -110,25 +116,37 @@ AccuracyChoice chosen(const TrialSetup& setup, double highest_hz, const ModalSte
   if (reference.from < 0.0) return choice;  // never touched
   choice.checked_from = reference.from;
   choice.checked_until = reference.until;
-  const auto error_of = [&](double tolerance) {
+  choice.reference = {options.tolerance, 0.0, 0.0, reference.steps, reference.modes};
+  const auto tried = [&](double tolerance, double highest_mode_hz) {
     options.tolerance = tolerance;
-    return distance(run_trial(setup, options, choice.checked_from), reference);
+    options.highest_mode_hz = highest_mode_hz;
+    const Trial trial = run_trial(setup, options, choice.checked_from);
+    return AccuracyTrial{tolerance, highest_mode_hz, distance(trial, reference), trial.steps, trial.modes};
   };
-  choose_tolerance(asked.tolerance, error_of, choice);
-  if (choice.estimated_error > share * asked.tolerance) return choice;
-  const double top = highest_mode(setup.bodies);
-  for (double cut = static_mode_limit(highest_hz, asked.tolerance); cut < top; cut *= 2.0) {
-    options.highest_mode_hz = cut;
-    double error = 0.0;
+  // Contacts that do not converge with so few modes: more of them are needed.
+  const auto tried_with_fewer = [&](double tolerance, double highest_mode_hz) {
     try {
-      error = error_of(choice.tolerance);
+      return tried(tolerance, highest_mode_hz);
     } catch (const Error&) {
-      continue;  // contacts that do not converge with so few modes: more of them
+      return AccuracyTrial{tolerance, highest_mode_hz, std::numeric_limits<double>::infinity(), 0, 0};
     }
-    if (error > share * asked.tolerance) continue;
-    choice.highest_mode_hz = cut;
-    choice.estimated_error = error;
+  };
+  choice.chosen = chosen_tolerance(asked.tolerance, tried);
+  const double top = highest_mode(setup.bodies);
+  const bool met = choice.chosen.error <= share * asked.tolerance;
+  for (double cut = static_mode_limit(highest_hz, asked.tolerance); met && cut < top; cut *= 2.0) {
+    const AccuracyTrial trial = tried_with_fewer(choice.chosen.tolerance, cut);
+    if (trial.error > share * asked.tolerance) continue;
+    choice.chosen = trial;
     break;
+  }
+  choice.tolerance = choice.chosen.tolerance;
+  choice.highest_mode_hz = choice.chosen.highest_mode_hz;
+  choice.estimated_error = choice.chosen.error;
+  if (levels) {
+    const double fewer = choice.highest_mode_hz > 0.0 ? choice.highest_mode_hz : top;
+    choice.less = {tried_with_fewer(4.0 * choice.tolerance, choice.highest_mode_hz),
+                   tried_with_fewer(choice.tolerance, 0.5 * fewer)};
   }
   return choice;
 }
@@ -142,9 +160,9 @@ double static_mode_limit(double highest_hz, double tolerance) {
 AccuracyChoice choose_accuracy(const std::vector<ModalBody>& bodies, const std::vector<ContactPoint>& points,
                                const PrescribedMotion& motion, double highest_hz, double duration,
                                const ModalSteppingOptions& asked, bool settle,
-                               const std::function<bool(double)>& progress) {
+                               const std::function<bool(double)>& progress, bool levels) {
   try {
-    return chosen({bodies, points, motion, duration, settle, progress}, highest_hz, asked);
+    return chosen({bodies, points, motion, duration, settle, progress}, highest_hz, asked, levels);
   } catch (const Interrupted&) {
     AccuracyChoice none;
     none.interrupted = true;

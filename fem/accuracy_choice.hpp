@@ -7,6 +7,18 @@
 
 namespace struna::fem {
 
+/// One trial's setting and outcome.
+struct AccuracyTrial {
+  double tolerance = 0.0;        ///< of the stepper
+  double highest_mode_hz = 0.0;  ///< 0: every mode is stepped
+  double error =
+      0.0;         ///< against the reference; of the reference itself 0. Infinite: contacts did not converge
+  long steps = 0;  ///< up to the end of the window
+  int modes = 0;   ///< stepped
+  /// What it costs: steps times modes.
+  double cost() const { return static_cast<double>(steps) * modes; }
+};
+
 /// What a ModalStepper needs to keep a tolerance, and how that was checked.
 struct AccuracyChoice {
   double highest_mode_hz = 0.0;  ///< modes above follow statically; 0: every mode is stepped
@@ -15,6 +27,9 @@ struct AccuracyChoice {
   double checked_from = 0.0;     ///< [s] the first touch
   double checked_until = 0.0;    ///< [s]
   bool interrupted = false;      ///< `progress` stopped the trials: nothing is chosen
+  AccuracyTrial chosen;
+  AccuracyTrial reference;
+  std::vector<AccuracyTrial> less;  ///< one level less: of steps, of modes; only when asked for
 };
 
 /// The lowest frequency above which modes may be left to statics under a motion that ends at `highest_hz`
@@ -29,10 +44,11 @@ double static_mode_limit(double highest_hz, double tolerance);
 /// estimated_error is 0. Where no trial meets the tolerance, the loosest one that errs little more than the
 /// best is taken, and the estimated error tells. `options.tolerance` is what is asked; `settle`: trials start
 /// from the static rest; `progress` is called now and then with the time that a trial has reached [s], false
-/// stops.
+/// stops; `levels`: tries as well what four times the stepper's tolerance and half the highest mode would
+/// give.
 AccuracyChoice choose_accuracy(const std::vector<ModalBody>& bodies, const std::vector<ContactPoint>& points,
                                const PrescribedMotion& motion, double highest_hz, double duration,
                                const ModalSteppingOptions& options, bool settle,
-                               const std::function<bool(double)>& progress = {});
+                               const std::function<bool(double)>& progress = {}, bool levels = false);
 
 }  // namespace struna::fem

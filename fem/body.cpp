@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "fem/error.hpp"
+#include "fem/sizing.hpp"
 
 namespace struna::fem {
 namespace {
@@ -36,19 +36,6 @@ void validate_support(const Body& body, const ElasticSupport& support, EndCondit
   check("translation", support.translation, support.gives_translation(), condition != EndCondition::free);
   check("rotation", support.rotation, support.gives_rotation(), condition == EndCondition::clamped);
   require_not_negative(body, (end + ".mass").c_str(), support.mass);
-}
-
-/// Largest angle that one element turns: 10 degrees. The element is exact in statics whatever the angle; this
-/// keeps inertia terms below the Hermite error and the nodes close enough to draw and to probe the curve.
-constexpr double largest_turn = std::numbers::pi / 18.0;
-
-double largest_curvature(const Centreline& centreline) {
-  constexpr int stations = 200;
-  double largest = 0.0;
-  for (int i = 0; i <= stations; ++i) {
-    largest = std::max(largest, centreline.at(centreline.length() * i / stations).curvature.norm());
-  }
-  return largest;
 }
 
 }  // namespace
@@ -100,21 +87,9 @@ void validate(const Body& body) {
 }
 
 int recommended_elements(const Body& body, double highest_hz, double tolerance) {
-  validate(body);
-  validate_modulus(body);
-  require_positive(body, "highest frequency", highest_hz);
-  require(tolerance > 0.0 && tolerance < 1.0, body, "tolerance", "lie between 0 and 1", tolerance);
-  const double length = body.centreline.length();
-  const double omega = 2.0 * std::numbers::pi * highest_hz;
-  const double bending_stiffness = body.material.youngs_modulus.at(highest_hz) * body.section.second_moment;
-  const double wave =
-      length * std::pow(body.density * body.section.area * omega * omega / bending_stiffness, 0.25);
-  const double by_wave = wave / std::pow(1440.0 * tolerance, 0.25);
-  const double by_turn = length * largest_curvature(body.centreline) / largest_turn;
-  const double elements = std::ceil(std::max({8.0, by_wave, by_turn}));
-  require(elements <= 100000.0, body, "elements for that frequency and tolerance", "stay below 100000",
-          elements);
-  return static_cast<int>(elements);
+  Body open = body;
+  open.elements = 0;
+  return choose_mesh(open, {0.0, highest_hz, tolerance}).elements;
 }
 
 }  // namespace struna::fem

@@ -107,7 +107,7 @@ class Observer {
     const PlannedBody& planned = plan_.bodies[index];
     const Body& body = planned.model.body;
     const VectorXd q = planned.coordinates.basis * x + planned.coordinates.carried * u.displacement;
-    double slope_squared = 0.0, mean_squared = 0.0;
+    double slope_squared = 0.0, mean_squared = 0.0, turn_squared = 0.0;
     const std::size_t nodes = planned.model.arc_length.size();
     for (std::size_t node = 0; node < nodes; ++node) {
       const Eigen::Vector3d tangent = body.centreline.at(planned.model.arc_length[node]).tangent;
@@ -115,9 +115,17 @@ class Observer {
       const double squared = (rotation - rotation.dot(tangent) * tangent).squaredNorm();
       slope_squared = std::max(slope_squared, squared);
       mean_squared += squared / static_cast<double>(nodes);
+      if (node == 0) continue;
+      const Eigen::Vector3d turn = rotation - q.segment<3>(6 * static_cast<long>(node) - 3);
+      turn_squared = std::max(turn_squared, (turn - turn.dot(tangent) * tangent).squaredNorm());
     }
     SimulatedBody& seen = bodies_[index];
     seen.largest_slope = std::max(seen.largest_slope, std::sqrt(slope_squared));
+    // Mean curvature of an element times the radius, 2 sqrt(I/A) of a solid circle.
+    const double element = planned.model.arc_length[1];
+    const double radius = 2.0 * std::sqrt(body.section.second_moment / body.section.area);
+    seen.largest_bending_strain =
+        std::max(seen.largest_bending_strain, std::sqrt(turn_squared) / element * radius);
     // Straight and held at both ends: the deflected line is longer by the mean of slope^2/2.
     if (!body.centreline.is_straight() || body.start == EndCondition::free || body.end == EndCondition::free)
       return;

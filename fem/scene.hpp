@@ -90,6 +90,7 @@ struct Scene {
   std::optional<SceneMeasurement> measurement;
   std::vector<Contact> contacts;
   std::optional<Simulation> simulation;
+  double tolerance = 0.0;  ///< of what is computed from it (docs/sizing.md); 0: left to the task
 };
 
 /// The body of that name; throws Error that tells the bodies there are.

@@ -105,6 +105,7 @@ struct RunContext {
   const SimulationProgress& progress;
   const Warner& warn;
   TimeResponse& response;
+  bool levels;  ///< the accuracy report tells coarser settings too
 };
 
 /// Gravity, or bodies that press on each other as drawn: the run starts from the static rest.
@@ -179,7 +180,7 @@ bool set_accuracy(const RunContext& run, const std::vector<ModalBody>& bodies, b
   const AccuracyChoice choice = choose_accuracy(
       bodies, run.plan.points, [motion](double t) { return motion.at(t); }, motion.highest_hz(),
       std::min(run.scene.simulation->duration, motion.duration()), options,
-      starts_settled(run.scene, run.plan, contact), run.progress);
+      starts_settled(run.scene, run.plan, contact), run.progress, run.levels);
   if (choice.interrupted) return false;
   options.highest_mode_hz = choice.highest_mode_hz;
   options.tolerance = choice.tolerance;
@@ -193,6 +194,7 @@ bool set_accuracy(const RunContext& run, const std::vector<ModalBody>& bodies, b
         "longer",
         report.tolerance, report.error_checked_until, report.estimated_error));
   }
+  if (choice.checked_until > 0.0) report.accuracy = choice;
   return true;
 }
 
@@ -215,7 +217,7 @@ void judge_causal_law(const RunContext& run, const ModalBody& body) {
 }
 
 RunEnd run_modal(const RunContext& context, bool contact) {
-  const auto& [scene, plan, motion, progress, warn, response] = context;
+  const auto& [scene, plan, motion, progress, warn, response, levels] = context;
   const Simulation& simulation = *scene.simulation;
   std::vector<ModalBody> bodies;
   for (const auto& body : plan.bodies) {
@@ -268,11 +270,11 @@ std::pair<NodalBody, MaxwellLaw> newmark_body(const PlannedBody& planned) {
   return {body, MaxwellLaw{modulus, {}, {}, rayleigh.beta * modulus}};
 }
 
-/// Step [s] whose period error (w dt)^2/12 (Bathe, Finite Element Procedures, section 9.4) at the band's edge
-/// meets the tolerance, at most 1e-5 s where contact has to be followed.
+/// Step [s] whose newmark_period_error() at the band's edge meets the tolerance, at most 1e-5 s where contact
+/// has to be followed.
 double newmark_step(const Simulation& simulation, double highest_hz, bool contact) {
   if (simulation.step > 0.0) return simulation.step;
-  const double step = std::sqrt(12.0 * simulation.tolerance) / (2.0 * std::numbers::pi * highest_hz);
+  const double step = std::sqrt(simulation.tolerance / newmark_period_error(1.0, highest_hz));
   return contact ? std::min(step, 1e-5) : step;
 }
 
@@ -289,7 +291,7 @@ void warn_of_step(const RunContext& run, const NewmarkOptions& options) {
 }
 
 RunEnd run_newmark(const RunContext& context, bool contact) {
-  const auto& [scene, plan, motion, progress, warn, response] = context;
+  const auto& [scene, plan, motion, progress, warn, response, levels] = context;
   const Simulation& simulation = *scene.simulation;
   std::vector<NodalBody> bodies;
   MaxwellLaw law;
@@ -328,15 +330,19 @@ RunEnd run_newmark(const RunContext& context, bool contact) {
 void warn_of_result(const RunContext& run) {
   const SimulationReport& report = run.response.report;
   for (const auto& body : report.bodies) {
-    if (body.stretch_stiffening > 0.05) {
+    if (body.stretch_stiffening > largest_stretch_stiffening) {
       run.warn(fmt::format(
           "outside linear beam theory: the deflection of '{}' would stretch it so that its first natural "
           "frequency squared rises by some {:.0f} %; the linear model leaves that out",
           body.name, 100.0 * body.stretch_stiffening));
     }
-    if (body.largest_slope > 0.2) {
-      run.warn(fmt::format("outside linear beam theory: '{}' turns by {:.2f} rad (small is below 0.2)",
-                           body.name, body.largest_slope));
+    if (body.largest_slope > largest_slope) {
+      run.warn(fmt::format("outside linear beam theory: '{}' turns by {:.2f} rad (small is below {:g})",
+                           body.name, body.largest_slope, largest_slope));
+    }
+    if (body.largest_bending_strain > largest_bending_strain) {
+      run.warn(fmt::format("outside linear beam theory: bending strains '{}' by {:.2g} (small is below {:g})",
+                           body.name, body.largest_bending_strain, largest_bending_strain));
     }
   }
   // A push at the start rings for a while; what it presses in says nothing of the wall.
@@ -366,6 +372,11 @@ void warn_of_result(const RunContext& run) {
 
 }  // namespace
 
+double newmark_period_error(double step, double f_hz) {
+  const double angle = 2.0 * std::numbers::pi * f_hz * step;
+  return angle * angle / 12.0;
+}
+
 MotionHistory scene_motion(const Scene& scene) {
   if (!scene.simulation) throw Error("simulate: the scene needs a [simulation] with duration and excitation");
   const bool force = scene.drive && std::holds_alternative<BodyPoint>(scene.drive->at);
@@ -378,7 +389,7 @@ MotionHistory scene_motion(const Scene& scene) {
 }
 
 TimeResponse simulate(const Scene& scene, const MotionHistory& motion, const SimulationProgress& progress,
-                      const SimulationWarning& tell) {
+                      const SimulationWarning& tell, bool levels) {
   SimulationPlan plan = plan_simulation(scene, motion.highest_hz());
   const Simulation& simulation = *scene.simulation;
   if (motion.duration() < simulation.duration - 1.0 / simulation.sample_rate) {
@@ -389,11 +400,12 @@ TimeResponse simulate(const Scene& scene, const MotionHistory& motion, const Sim
   const auto run_method = modal ? run_modal : run_newmark;
   TimeResponse response;
   response.report.method = simulation.method;
+  response.report.highest_hz = motion.highest_hz();
   response.report.tolerance = simulation.step > 0.0 ? 0.0 : simulation.tolerance;
   response.report.step = simulation.step;
   response.names = scene.measurement->names;
   const Warner warn(response.report.warnings, tell);
-  const RunContext run{scene, plan, motion, progress, warn, response};
+  const RunContext run{scene, plan, motion, progress, warn, response, levels};
   warn(motion.note());
   for (const std::string& warning : plan.warnings) warn(warning);
   if (modal && simulation.contact_substeps && simulation.step == 0.0) {
@@ -409,6 +421,7 @@ TimeResponse simulate(const Scene& scene, const MotionHistory& motion, const Sim
   response.report.complete = end == RunEnd::complete;
   for (std::size_t b = 0; b < plan.bodies.size(); ++b) {
     response.report.bodies[b].name = plan.bodies[b].model.body.name;
+    response.report.bodies[b].mesh = plan.bodies[b].mesh;
     response.report.bodies[b].elements = static_cast<int>(plan.bodies[b].model.arc_length.size()) - 1;
   }
   warn_of_result(run);

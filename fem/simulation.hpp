@@ -6,9 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "fem/modal_stepping.hpp"
+#include "fem/accuracy_choice.hpp"
 #include "fem/motion.hpp"
 #include "fem/scene.hpp"
+#include "fem/sizing.hpp"
 
 namespace struna::fem {
 
@@ -26,6 +27,8 @@ struct ContactMap {
 struct SimulatedBody {
   std::string name;
   int elements = 0;
+  MeshChoice mesh;  ///< natural frequencies up to the motion's highest frequency
+  double largest_bending_strain = 0.0;
   double largest_slope = 0.0;  ///< rotation of a cross-section, that of the moved supports' static shape
                                ///< included, at up to 2000 instants of the run [rad]
   double stretch_stiffening =
@@ -34,6 +37,7 @@ struct SimulatedBody {
 };
 
 struct SimulationReport {
+  double highest_hz = 0.0;  ///< of the motion, which the choices were made for
   IntegrationMethod method = IntegrationMethod::modal;
   bool linear = false;  ///< no contact, or none that can close: the linear solution is the whole answer
   double largest_offset = 0.0;   ///< linear runs: largest |h|/gap reached at any contact point
@@ -43,11 +47,12 @@ struct SimulationReport {
   double estimated_error = 0.0;  ///< with contact, of a contact point's displacement over the largest one:
                                  ///< against a run with every mode and a tenth of the tolerance, up to 20 ms
                                  ///< beyond the first touch; 0: not estimated (linear or fixed step)
-  double error_checked_until = 0.0;  ///< [s]
-  std::optional<double> causal_distance;  ///< modal, structural damping: of the law used in time from the
-                                          ///< harmonic response, median over the band; docs/pole_system.md
-  double start_penetration = 0.0;    ///< with contact: how deep the run starts, beyond any gap [m]; else 0
-  int oversampling = 1;              ///< states sampled per record sample before the anti-alias filter
+  double error_checked_until = 0.0;        ///< [s]
+  std::optional<AccuracyChoice> accuracy;  ///< how modes and steps were chosen; nothing where nothing touched
+  std::optional<double> causal_distance;   ///< modal, structural damping: of the law used in time from the
+                                           ///< harmonic response, median over the band; docs/pole_system.md
+  double start_penetration = 0.0;  ///< with contact: how deep the run starts, beyond any gap [m]; else 0
+  int oversampling = 1;            ///< states sampled per record sample before the anti-alias filter
   StepReport steps;
   std::optional<EnergyLedger> energy;  ///< modal method
   std::vector<SimulatedBody> bodies;
@@ -71,6 +76,10 @@ using SimulationProgress = std::function<bool(double)>;
 /// Called with each warning as soon as it is known, most of them before the run.
 using SimulationWarning = std::function<void(const std::string&)>;
 
+/// (w dt)^2/12, by which constant average acceleration lengthens the period at f (Bathe, Finite Element
+/// Procedures, section 9.4).
+double newmark_period_error(double step, double f_hz);
+
 /// The motion of the scene's excitation. Throws Error for a record (its samples are not here) and for a force
 /// drive, which only a record of a force can describe.
 MotionHistory scene_motion(const Scene& scene);
@@ -81,7 +90,9 @@ MotionHistory scene_motion(const Scene& scene);
 /// a scene without drive, measurement or simulation, on a motion shorter than the duration, on a measured
 /// body that nothing moves, and where the method cannot represent the material (newmark: constant modulus,
 /// Rayleigh damping).
+/// `levels`: the report's accuracy tells what coarser settings would give.
 TimeResponse simulate(const Scene& scene, const MotionHistory& motion,
-                      const SimulationProgress& progress = {}, const SimulationWarning& tell = {});
+                      const SimulationProgress& progress = {}, const SimulationWarning& tell = {},
+                      bool levels = false);
 
 }  // namespace struna::fem

@@ -36,9 +36,12 @@ std::vector<std::string> joined_bodies(const Scene& scene, const std::string& fi
 
 PlannedBody planned_body(const Scene& scene, const std::string& name, double highest_hz) {
   const Body& body = body_named(scene, name);
-  const int elements =
-      body.elements > 0 ? body.elements : recommended_elements(body, highest_hz, scene.simulation->tolerance);
-  PlannedBody planned{assemble(body, elements), {}, {}, {}};
+  MeshRequest request{.hi_hz = highest_hz, .tolerance = scene.simulation->tolerance};
+  request.contact = std::any_of(scene.contacts.begin(), scene.contacts.end(), [&](const Contact& contact) {
+    return contact.inside == name || contact.outside == name;
+  });
+  const MeshChoice mesh = choose_mesh(body, request);
+  PlannedBody planned{mesh, assemble(body, mesh.elements), {}, {}, {}};
   planned.modes = solve_plane_modes(planned.model, scene.drive->direction);
   planned.drive = body_drive(scene, planned.model);
   planned.coordinates = scene.simulation->method == IntegrationMethod::modal

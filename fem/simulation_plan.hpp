@@ -5,11 +5,13 @@
 
 #include "fem/body_dynamics.hpp"
 #include "fem/scene.hpp"
+#include "fem/sizing.hpp"
 
 namespace struna::fem {
 
 /// A body that takes part in a simulation, in the coordinates of the scene's method.
 struct PlannedBody {
+  MeshChoice mesh;
   Model model;
   Eigenmodes modes;  ///< complete
   BodyDrive drive;

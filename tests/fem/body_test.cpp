@@ -95,9 +95,9 @@ TEST(Body, RecommendedElementsKeepTheHermiteErrorBelowTheTolerance) {
   }
 }
 
-TEST(Body, RecommendedElementsAreAtLeastEightAndFollowTheCurve) {
-  EXPECT_EQ(recommended_elements(testing::straight_wire(), 1.0, 1e-3), 8);
-  EXPECT_EQ(recommended_elements(testing::arc_wire(179.9), 1.0, 1e-3), 18);  // 10 degrees each
+TEST(Body, RecommendedElementsAreAtLeastSixAndFollowTheCurve) {
+  EXPECT_EQ(recommended_elements(testing::straight_wire(), 1.0, 1e-3), 6);
+  EXPECT_EQ(recommended_elements(testing::arc_wire(359.0), 1.0, 1e-3), 8);  // 45 degrees each
 }
 
 TEST(Body, RecommendedElementsRefuseWhatHasNoAnswer) {
