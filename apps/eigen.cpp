@@ -27,7 +27,7 @@ struct EigenArguments {
   std::string band;
   std::string to;
   int modes = 0;
-  double tolerance = 0.0;
+  std::optional<double> tolerance;
   bool explain = false;
 };
 

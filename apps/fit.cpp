@@ -23,7 +23,7 @@ struct FitArguments {
   std::string band;
   std::string modulus_range;
   bool torsion_constant = false;
-  double tolerance = 0.0;
+  std::optional<double> tolerance;
   bool explain = false;
   ident::FitOptions options;
 };

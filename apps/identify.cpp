@@ -110,7 +110,7 @@ void predict_both(Identification& found) {
   }
 }
 
-Identification identify(const Study& study, double tolerance, long replicates) {
+Identification identify(const Study& study, std::optional<double> tolerance, long replicates) {
   if (replicates > 0 && !study.transfer.drive_signal.empty())
     throw Error(study.file, 0,
                 "--bootstrap replicates outputs over an input and knows no drive_signal: take one out");
@@ -297,7 +297,7 @@ void add_identify(CLI::App& app) {
   struct Options {
     std::string study;
     std::string folder;
-    double tolerance = 0.0;
+    std::optional<double> tolerance;
     bool explain = false;
     long replicates = 0;
   };

@@ -34,7 +34,7 @@ struct PredictArguments {
   std::string damping = "structural";
   std::string band;
   double resolution_hz = 0.0;
-  double tolerance = 0.0;
+  std::optional<double> tolerance;
   bool explain = false;
 };
 

@@ -22,9 +22,9 @@ struct SceneFit {
 /// Identifies the parameters of the scene's driven and measured body from measured modes. The scene's outputs
 /// are brought into the order of the modes' own. Where the scene leaves the number of elements open, the mesh
 /// follows from the modulus that is found: fitted again on a finer one until it keeps the scene's tolerance
-/// up to the highest mode, and until the modulus at which elastic supports are told is the one found. Where the
-/// modes' shapes disagree grossly with the model's, none of them is trusted. Throws Error when there are no
-/// modes, or the scene lacks one of their outputs.
+/// up to the highest mode, and until the modulus at which elastic supports are told is the one found. Where
+/// the modes' shapes disagree grossly with the model's, none of them is trusted. Throws Error when there are
+/// no modes, or the scene lacks one of their outputs.
 SceneFit fit_to_scene(const fem::Scene& scene, const ident::ModeSet& modes, const ident::FitOptions& options);
 
 /// The mesh as --explain tells it, once the modulus is known.

@@ -31,7 +31,7 @@ struct SimulateArguments {
   std::string contacts_to;
   std::string report_to;
   std::string against;
-  double tolerance = 0.0;
+  std::optional<double> tolerance;
   bool explain = false;
 };
 
@@ -234,7 +234,7 @@ MeasuredBeside read_measured(const std::string& file, const fem::Scene& scene) {
   const fem::Simulation& simulation = *scene.simulation;
   blaming({file}, [&] {
     ident::require_comparable(measured.record, 1.0 / simulation.sample_rate,
-                              std::lround(simulation.duration * simulation.sample_rate));
+                              fem::sample_intervals(simulation));
   });
   return measured;
 }

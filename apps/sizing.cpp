@@ -72,13 +72,13 @@ fem::MeshRequest frequency_request(const fem::Scene& scene, double highest_hz) {
   return {.hi_hz = highest_hz, .tolerance = tolerance_of(scene, frequency_tolerance)};
 }
 
-void state_tolerance(fem::Scene& scene, double tolerance) {
-  if (tolerance == 0.0) return;
-  if (!(tolerance > 0.0 && tolerance < 1.0)) {
-    throw UsageError(fmt::format("--tolerance: must lie between 0 and 1, got {:g}", tolerance));
+void state_tolerance(fem::Scene& scene, std::optional<double> tolerance) {
+  if (!tolerance) return;
+  if (!(*tolerance > 0.0 && *tolerance < 1.0)) {
+    throw UsageError(fmt::format("--tolerance: must lie between 0 and 1, got {:g}", *tolerance));
   }
-  scene.tolerance = tolerance;
-  if (scene.simulation) scene.simulation->tolerance = tolerance;
+  scene.tolerance = *tolerance;
+  if (scene.simulation) scene.simulation->tolerance = *tolerance;
 }
 
 Choice mesh_choice(const fem::Body& body, const fem::MeshRequest& request, const fem::MeshChoice& mesh) {

@@ -18,9 +18,9 @@ inline constexpr double response_tolerance = 1e-3;
 /// The scene's tolerance, or `usual` where it states none.
 double tolerance_of(const fem::Scene& scene, double usual);
 
-/// --tolerance, when given (> 0), in place of the scene's own, that of its [simulation] too. Throws
-/// UsageError unless below 1.
-void state_tolerance(fem::Scene& scene, double tolerance);
+/// --tolerance, when given, in place of the scene's own, that of its [simulation] too. Throws
+/// UsageError unless between 0 and 1.
+void state_tolerance(fem::Scene& scene, std::optional<double> tolerance);
 
 /// The mesh for natural frequencies up to highest_hz, to the scene's tolerance.
 fem::MeshRequest frequency_request(const fem::Scene& scene, double highest_hz);

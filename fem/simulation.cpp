@@ -132,7 +132,7 @@ bool exceeds_records(const Simulation& simulation, double highest_hz) {
 Sampling sampling_of(const Simulation& simulation, double highest_hz, double wanted_rate, bool contact) {
   Sampling sampling;
   sampling.rate = simulation.sample_rate;
-  sampling.samples = static_cast<long>(std::floor(simulation.duration * sampling.rate + 1e-6));
+  sampling.samples = sample_intervals(simulation);
   sampling.filter_motion = exceeds_records(simulation, highest_hz);
   sampling.filter = contact || sampling.filter_motion;
   sampling.oversampling = static_cast<int>(std::clamp(std::ceil(wanted_rate / sampling.rate), 1.0,
@@ -371,6 +371,10 @@ void warn_of_result(const RunContext& run) {
 }
 
 }  // namespace
+
+long sample_intervals(const Simulation& simulation) {
+  return static_cast<long>(std::floor(simulation.duration * simulation.sample_rate + 1e-6));
+}
 
 double newmark_period_error(double step, double f_hz) {
   const double angle = 2.0 * std::numbers::pi * f_hz * step;

@@ -76,6 +76,9 @@ using SimulationProgress = std::function<bool(double)>;
 /// Called with each warning as soon as it is known, most of them before the run.
 using SimulationWarning = std::function<void(const std::string&)>;
 
+/// Whole sampling intervals in the duration.
+long sample_intervals(const Simulation& simulation);
+
 /// (w dt)^2/12, by which constant average acceleration lengthens the period at f (Bathe, Finite Element
 /// Procedures, section 9.4).
 double newmark_period_error(double step, double f_hz);

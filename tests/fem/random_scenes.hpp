@@ -26,7 +26,9 @@ struct RandomScene {
 class Dice {
  public:
   explicit Dice(unsigned seed) : generator_(seed) {}
-  double uniform(double lo, double hi) { return lo + (hi - lo) * (static_cast<double>(generator_()) + 0.5) / 4294967296.0; }
+  double uniform(double lo, double hi) {
+    return lo + (hi - lo) * (static_cast<double>(generator_()) + 0.5) / 4294967296.0;
+  }
   double logarithmic(double lo, double hi) { return std::exp(uniform(std::log(lo), std::log(hi))); }
   bool chance(double probability) { return uniform(0.0, 1.0) < probability; }
 

@@ -109,7 +109,7 @@ TEST(Explain, SimulateTellsModesStepsPlanesAndTheory) {
 TEST(Explain, TolerancesThatCannotBeAreRefused) {
   const Folder folder;
   folder.write("s.toml", open_scene);
-  for (const char* wrong : {"1", "-0.1", "2"}) {
+  for (const char* wrong : {"0", "1", "-0.1", "2", "nan"}) {
     const ProgramRun run = run_struna(std::string("eigen s.toml --tolerance ") + wrong, folder);
     EXPECT_EQ(run.exit_code, 2) << wrong;
     EXPECT_THAT(run.err, HasSubstr("--tolerance: must lie between 0 and 1"));
