@@ -23,12 +23,11 @@ namespace {
 constexpr long reach = 2;  // of a local window: the least, so that neighbouring lines are nearly independent
 constexpr long fine_reach = 3;  // at half the spacing
 constexpr double window_spacings = 2 * reach + 1;
-constexpr double own_lines = 12.0;    // of each record in a window, unless a resolution is asked for
-constexpr double fewest_own = 8.0;    // the same, where one is; T takes three
-constexpr double fewest_free = 10.0;  // lines of all records, less three for each T and three for N
-constexpr double fewest_per_line =
-    7.0;                                // lines of a record to a line, from which on half the spacing will do
-constexpr double most_per_line = 16.0;  // lines of a record to a line asked for, in a local window
+constexpr double own_lines = 12.0;       // of each record in a window, unless a resolution is asked for
+constexpr double fewest_own = 8.0;       // the same, where one is; T takes three
+constexpr double fewest_free = 10.0;     // lines of all records, less three for each T and three for N
+constexpr double fewest_per_line = 7.0;  // lines of a record to a line, from which on half of it will do
+constexpr double most_per_line = 16.0;   // lines of a record to a line asked for, in a local window
 
 constexpr double reached_by_drive = 0.9;  // of the lines, from which on the others are not told
 
@@ -133,8 +132,7 @@ class Estimation {
     }
     check_sampled_alike(repeats_.records);
     Held first = hold(repeats_.records[0], repeats_.channels);
-    if (asked == EstimateMethod::periodic) return periodic(first);
-    return local(first, asked, "asked for");
+    return asked == EstimateMethod::periodic ? periodic(first) : local(first, asked, "asked for");
   }
 
  private:
@@ -422,7 +420,9 @@ TransferEstimate estimate_transfer(const std::vector<std::string>& files, const 
                                    const std::map<std::string, ChannelCorrection>& corrections) {
   const bool welch = options.method == EstimateMethod::welch;
   const auto [first, others] = channels_by_drive(options, input, outputs);
-  const Repeats repeats = open_repeats(files, first, others, corrections, !welch);
+  auto corrected = corrections;
+  if (first != input) corrected[first].unit = "N";  // not what it is written in: its scale drops out
+  const Repeats repeats = open_repeats(files, first, others, corrected, !welch);
   TransferEstimate estimate = Estimation(repeats, options, [&] {
                                 return welch_spectra(files, input, outputs, options.welch, corrections);
                               }).run();

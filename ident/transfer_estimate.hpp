@@ -32,7 +32,7 @@ struct EstimateOptions {
   Estimator ratio = Estimator::h1;  ///< of Welch's spectra
   WelchOptions welch;  ///< resolution_hz is every method's line spacing, but for the periodic one
   std::string
-      drive_signal;  ///< channel that tells what the shaker was asked for; empty: none (drive_signal.hpp)
+      drive_signal;  ///< channel of what the shaker was asked for, in any unit; empty: none (drive_signal.hpp)
 };
 
 struct TransferEstimate {

@@ -48,8 +48,6 @@ constexpr std::array units = {
     UnitEntry{"mN", Quantity::force, 1e-3},
     UnitEntry{"kN", Quantity::force, 1e3},
     UnitEntry{"lbf", Quantity::force, pound_force},
-    UnitEntry{"V", Quantity::voltage, 1.0},
-    UnitEntry{"mV", Quantity::voltage, 1e-3},
 };
 
 std::string understood() {

@@ -6,9 +6,9 @@
 namespace struna::ident {
 
 /// What a channel measures.
-enum class Quantity { time, displacement, velocity, acceleration, force, voltage, unknown };
+enum class Quantity { time, displacement, velocity, acceleration, force, unknown };
 
-/// "m", "m/s", "m/s^2", "N", "s", "V"; "" for unknown.
+/// "m", "m/s", "m/s^2", "N", "s"; "" for unknown.
 std::string si_unit(Quantity quantity);
 
 /// A unit as written in a column header, and the factor that takes its values to SI.

@@ -1,5 +1,6 @@
 #include "ident/drive_signal.hpp"
 
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -10,6 +11,7 @@
 #include "fem/error.hpp"
 #include "ident/fft.hpp"
 #include "ident/transfer_estimate.hpp"
+#include "tests/folder.hpp"
 #include "tests/message_of.hpp"
 
 namespace struna::ident {
@@ -60,7 +62,7 @@ Record record_of(const Noises& noises, unsigned seed, bool periodic = false) {
   Record record;
   record.sample_interval = 1.0 / sample_rate;
   record.channels = {
-      {"drive", Quantity::voltage}, {"motion", Quantity::displacement}, {"force", Quantity::force}};
+      {"drive", Quantity::unknown}, {"motion", Quantity::displacement}, {"force", Quantity::force}};
   record.samples.resize(samples, 3);
   record.samples.col(0) = drive.segment(samples, samples);
   record.samples.col(1) = inverse_transform(motion, whole).segment(samples, samples);
@@ -155,6 +157,22 @@ TEST(DriveSignal, WhatRepeatsItselfIsAveragedOverItsPeriods) {
     lines += 1.0;
   }
   EXPECT_LT(std::abs(error / lines), 0.02);
+}
+
+TEST(DriveSignal, MayBeWrittenInVolts) {
+  const tests::Folder folder;
+  const Record record = record_of({0.0, 0.02, 0.02}, 1);
+  std::string text = "time [s],drive [V],motion [m],force [N]\n";
+  for (long i = 0; i < record.samples.rows(); ++i)
+    text += fmt::format("{},{},{},{}\n", static_cast<double>(i) / sample_rate, record.samples(i, 0),
+                        record.samples(i, 1), record.samples(i, 2));
+  const std::string file = folder.write("volts.csv", text);
+  EstimateOptions options;
+  options.drive_signal = "drive";
+  const TransferFunction from_file = estimate_transfer({file}, "motion", {"force"}, options).function;
+  const TransferFunction from_memory = estimate_transfer(record, "motion", {"force"}, options).function;
+  EXPECT_EQ(from_file.outputs[0].unit, "N/m");
+  EXPECT_TRUE(from_file.outputs[0].value.isApprox(from_memory.outputs[0].value, 1e-9));
 }
 
 TEST(DriveSignal, RefusesWhatItCannotServe) {
