@@ -110,6 +110,7 @@ void add_commands(CLI::App& app) {
   add_eigen(app);
   add_simulate(app);
   add_tradeoff(app);
+  add_limits(app);
 }
 
 }  // namespace

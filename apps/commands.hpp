@@ -17,6 +17,7 @@ void add_identify(CLI::App& app);
 void add_eigen(CLI::App& app);
 void add_simulate(CLI::App& app);
 void add_tradeoff(CLI::App& app);
+void add_limits(CLI::App& app);
 
 /// The program: parses the arguments, runs the command, returns the exit code (0, 1 or 2).
 int run(int argc, const char* const* argv);

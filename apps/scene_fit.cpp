@@ -8,6 +8,7 @@
 
 #include "apps/scene_file.hpp"
 #include "fem/error.hpp"
+#include "ident/rayleigh_flag.hpp"
 
 namespace struna::apps {
 namespace {
@@ -140,7 +141,17 @@ std::string rayleigh_line(const ident::IdentifiedParameters& identified) {
       fmt::format("Rayleigh: alpha = {:.4g} +- {:.2g} 1/s{}, beta = {:.4g} +- {:.2g} s{}, rms/sigma {:.2f}",
                   fit.rayleigh.alpha, fit.alpha_sigma, fit.alpha_at_bound ? " (held at zero)" : "",
                   fit.rayleigh.beta, fit.beta_sigma, fit.beta_at_bound ? " (held at zero)" : "", fit.rms);
-  return fit.determined ? line : line + "; one frequency: beta alone";
+  switch (ident::rayleigh_flag(fit)) {
+    case ident::RayleighFlag::one_mode:
+      return line + "; one frequency: beta alone";
+    case ident::RayleighFlag::two_modes:
+      return line + "; two modes: nothing has tested that damping follows alpha and beta";
+    case ident::RayleighFlag::contradicted:
+      return line + "; contradicted: the modes' damping does not follow alpha and beta";
+    case ident::RayleighFlag::none:
+      break;
+  }
+  return line;
 }
 
 }  // namespace struna::apps

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "apps/svg.hpp"
+
 namespace struna::apps {
 namespace {
 
@@ -21,34 +23,6 @@ constexpr double legend_line = 17.0, text_line = 15.0;
 /// its size per character of running text.
 constexpr auto text_width = static_cast<std::size_t>((panel_width - left - right) / (0.62 * 12.0));
 
-std::string escaped(const std::string& text) {
-  std::string safe;
-  for (const char c : text) {
-    if (c == '&')
-      safe += "&amp;";
-    else if (c == '<')
-      safe += "&lt;";
-    else if (c == '>')
-      safe += "&gt;";
-    else
-      safe += c;
-  }
-  return safe;
-}
-
-/// Text broken at blanks to at most `width` characters a line.
-std::vector<std::string> wrapped(const std::string& text, std::size_t width) {
-  std::vector<std::string> lines(1);
-  for (std::size_t begin = 0; begin < text.size();) {
-    const std::size_t end = std::min(text.find(' ', begin), text.size());
-    const std::string word = text.substr(begin, end - begin);
-    if (!lines.back().empty() && lines.back().size() + 1 + word.size() > width) lines.emplace_back();
-    lines.back() += (lines.back().empty() ? "" : " ") + word;
-    begin = end + 1;
-  }
-  return lines;
-}
-
 /// A logarithmic axis between two places on the picture.
 struct LogAxis {
   double lo = 1.0, hi = 10.0;
@@ -59,12 +33,6 @@ struct LogAxis {
 LogAxis axis_over(double lo, double hi, double from, double to) {
   const double room = std::max(0.08 * std::log10(hi / lo), 0.15);
   return {lo * std::pow(10.0, -room), hi * std::pow(10.0, room), from, to};
-}
-
-std::string text_at(double x, double y, const std::string& anchor, const std::string& text,
-                    const std::string& more = "") {
-  return fmt::format("<text x=\"{:.1f}\" y=\"{:.1f}\" text-anchor=\"{}\"{}>{}</text>\n", x, y, anchor,
-                     more.empty() ? "" : " " + more, escaped(text));
 }
 
 std::string power_of_ten(int exponent) {
@@ -275,15 +243,7 @@ std::string tradeoff_svg(const std::vector<TradeoffChart>& charts) {
     y += row_height + 14.0;
   }
   const double width = (charts.size() > 1 ? 2.0 * panel_width + 20.0 : panel_width) + 10.0;
-  return fmt::format(
-             "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0:.0f}\" height=\"{1:.0f}\" "
-             "viewBox=\"0 0 {0:.0f} {1:.0f}\" font-family=\"DejaVu Sans, Helvetica, sans-serif\" "
-             "font-size=\"12\" fill=\"#1a1d21\">\n"
-             "<style>.soft{{fill:#5b636d;font-size:11px}}.small{{font-size:10px}}"
-             ".title{{font-size:14px;font-weight:600}}</style>\n"
-             "<rect width=\"100%\" height=\"100%\" fill=\"#ffffff\"/>\n",
-             width, y) +
-         body + "</svg>\n";
+  return svg_picture(width, y, body);
 }
 
 }  // namespace struna::apps

@@ -88,12 +88,14 @@ class GroupRefiner {
     if (search) add();
     result_.lack = fit_.lack();
     result_.line_correlation = fit_.result().line_correlation;
+    note_poor_circles();
     weigh_model_error();
     drop();
     if (search) drop_what_is_no_circle();
     for (long r = 0; r < count(); ++r) {
       Mode mode = to_mode(fit_.result(), r, options_.damping);
       if (fit_.is_double(r) || fit_.lacks_a_pole(r)) add_flag(mode, ModeFlag::double_mode);
+      if (is_noted_poor(target_[static_cast<std::size_t>(r)])) add_flag(mode, ModeFlag::poor_circle);
       result_.modes.push_back(std::move(mode));
     }
     return std::move(result_);
@@ -104,6 +106,16 @@ class GroupRefiner {
   void refit() {
     fit_.fit(joined(target_, group_.company));
     take_over();
+  }
+  // By the noise alone: once the model's own error is weighed in, every circle looks as it should.
+  void note_poor_circles() {
+    for (long r = 0; r < count(); ++r)
+      if (fit_.is_poor(r)) poor_.push_back(target_[static_cast<std::size_t>(r)]);
+  }
+  bool is_noted_poor(const Pole& pole) const {
+    return std::any_of(poor_.begin(), poor_.end(), [&](const Pole& other) {
+      return std::abs(pole.natural_frequency_hz - other.natural_frequency_hz) < 0.5 * bandwidth_hz(other);
+    });
   }
   // Last of all, as a mode that is still missing would spoil its neighbours' circles. Modes whose own circle
   // was sound stay.
@@ -188,6 +200,7 @@ class GroupRefiner {
   std::vector<Pole>& failed_;  // candidates that a trial has refused
   GroupFit fit_;
   std::vector<Pole> target_;
+  std::vector<Pole> poor_;  // whose circles the lines lie off
   GroupResult result_;
 };
 

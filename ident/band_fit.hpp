@@ -13,7 +13,7 @@ struct BandFitOptions {
 };
 
 struct BandFit {
-  std::vector<Mode> modes;  ///< ascending; flags double_mode, not_converged
+  std::vector<Mode> modes;  ///< ascending; flags double_mode, poor_circle, not_converged
   std::vector<RejectedCandidate> rejected;
 };
 

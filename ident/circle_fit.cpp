@@ -136,6 +136,20 @@ bool is_poor(const std::vector<OutputCircle>& circles, long lines) {
          scatter > poor_circle_scatter;
 }
 
+// Whether two modes made the circle (looks_double): its lines without residual terms, over their sigma.
+bool is_double(const PoleFit& fit, const TransferFunction& window, fem::Damping damping) {
+  const long outputs = static_cast<long>(window.outputs.size());
+  Eigen::VectorXcd g(window.lines());
+  for (long i = 0; i < g.size(); ++i)
+    g(i) = pole_function(fit.poles.front(), 2.0 * std::numbers::pi * window.frequency_hz(i), damping);
+  Eigen::MatrixXcd alone(window.lines(), outputs);
+  for (long k = 0; k < outputs; ++k) {
+    const Eigen::VectorXd& sigma = window.outputs[static_cast<std::size_t>(k)].sigma;
+    alone.col(k) = (fit.constant(0, k) * g + fit.residual.col(k).cwiseProduct(sigma)) / sigma.mean();
+  }
+  return looks_double(alone, g);
+}
+
 }  // namespace
 
 PlaneCircle taubin_circle(const Eigen::VectorXcd& z, const Eigen::VectorXd& weight) {
@@ -243,6 +257,7 @@ Mode fit_circle(const TransferFunction& circle_form_tf, double start_hz, double 
   for (std::size_t k = 0; k < circles.size(); ++k)
     mode.circles.push_back(to_circle(fit, static_cast<long>(k), window, options.damping, circles[k].scatter));
   if (is_poor(circles, window.lines())) mode.flags.push_back(ModeFlag::poor_circle);
+  if (is_double(fit, window, options.damping)) mode.flags.push_back(ModeFlag::double_mode);
   return mode;
 }
 

@@ -19,13 +19,14 @@ constexpr double least_background = 3.0;    // the same of a pole outside the ba
 constexpr double most_outside = 3.0;        // bandwidths that it may be outside
 constexpr double least_share = 0.03;        // of the function around
 constexpr double one_pole = 0.05;           // bandwidths: nearer poles count as one
-// Of the test for a second pole: lines, standard deviations and more above what noise gains (one in ten
-// thousand), and size over that of the mode's own share.
-constexpr long least_lines_of_shape = 12;
+// Of the test for a second pole: lines, standard deviations and more above what noise gains (one in 1000),
+// and size over that of the mode's own share.
+constexpr long least_lines_of_shape = 8;
 constexpr double reach_of_shape = 4.0;  // bandwidths
-constexpr double least_deviation = 4.0, least_excess = 8.0;
+constexpr double least_deviation = 3.5, least_excess = 5.0;
+constexpr double most_correlation = 2.5;  // lines worth one, as windows and local models leave them
 // With one output only what is of second order in the distance shows.
-constexpr double least_part_of_one = 0.006, least_part_of_several = 0.015;
+constexpr double least_part_of_one = 0.006, least_part_of_several = 0.0035;
 constexpr double parallel = 0.9;     // modal assurance
 constexpr double noise_alone = 1.5;  // chi-square per degree of freedom of a model that explains the lines
 
@@ -102,6 +103,22 @@ double GroupFit::scatter_of(long r) const {
   return std::sqrt(std::max(0.0, structure) / radius);
 }
 
+bool GroupFit::is_poor(long r) const {
+  const auto [first, last] = lines_around(pole(r), 1.0);
+  const long n = last - first;
+  if (n < 1) return false;
+  const double misfit =
+      0.5 * fit_.residual.middleRows(first, n).squaredNorm() / static_cast<double>(n * outputs());
+  double scatter = 1.0;
+  for (long k = 0; k < outputs(); ++k) {
+    const auto& sigma = window_->outputs[static_cast<std::size_t>(k)].sigma;
+    const double off = fit_.residual.col(k).segment(first, n).cwiseProduct(sigma.segment(first, n)).norm();
+    const double radius = std::abs(0.5 * fit_.constant(r, k) / pole_scale(pole(r), options_.damping));
+    scatter = std::min(scatter, off / (radius * std::sqrt(static_cast<double>(n))));
+  }
+  return misfit > poor_circle_misfit * poor_circle_misfit && scatter > poor_circle_scatter;
+}
+
 double GroupFit::assurance(long r, long s) const {
   const Eigen::VectorXd weight = fit_.constant_sigma.row(r).transpose().cwiseInverse();
   const Eigen::VectorXcd a =
@@ -127,7 +144,7 @@ bool GroupFit::lacks_a_pole(long r) const {
   Eigen::MatrixXcd shapes(n, 5);
   shapes << Eigen::VectorXcd::Ones(n), Eigen::VectorXcd::LinSpaced(n, -1.0, 1.0), g,
       g.array().square().matrix(), g.array().cube().matrix();
-  double gain = 0.0, own = 0.0;
+  double gain = 0.0, own = 0.0, rest = 0.0;
   for (long k = 0; k < outputs(); ++k) {
     const Eigen::VectorXd weight =
         window_->outputs[static_cast<std::size_t>(k)].sigma.segment(first, n).cwiseInverse();
@@ -139,10 +156,13 @@ bool GroupFit::lacks_a_pole(long r) const {
     const Eigen::VectorXcd all = gram.ldlt().solve(against);
     const double gained = against.dot(all).real() - against.head(3).dot(few).real();
     gain += gained;
+    rest += residual.squaredNorm() - against.dot(all).real();
     own += std::norm(fit_.constant(r, k) / pole_scale(pole(r), options_.damping)) *
            (weight.asDiagonal() * g).squaredNorm();
   }
-  const double scale = std::max(1.0, lack()) * fit_.line_correlation;
+  // What no second pole explains: its own trace in the residual must not pass for noise.
+  const double unexplained = rest / static_cast<double>(2 * outputs() * (n - shapes.cols()));
+  const double scale = std::max(1.0, unexplained) * std::min(fit_.line_correlation, most_correlation);
   const double freedom = static_cast<double>(4 * outputs() - 2);
   const double least_part = outputs() == 1 ? least_part_of_one : least_part_of_several;
   return gain > scale * (freedom + least_deviation * std::sqrt(2.0 * freedom) + least_excess) &&

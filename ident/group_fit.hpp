@@ -43,6 +43,9 @@ class GroupFit {
   /// Rms of the residual within a bandwidth, as far as it goes on from line to line (noise does not), over
   /// the circle's radius.
   double scatter_of(long r) const;
+  /// Whether the lines within a bandwidth, all else taken off, lie off its circle: by more than
+  /// poor_circle_misfit of their standard deviations and poor_circle_scatter of its radius (rms).
+  bool is_poor(long r) const;
   /// Whether two modes stand behind it (looks_double).
   bool is_double(long r) const;
   /// Whether the residual around it has what two poles leave to one, noise apart: their shares differ from

@@ -20,6 +20,11 @@ double remainder(const Eigen::MatrixXcd& columns, const Eigen::VectorXcd& vector
 
 }  // namespace
 
+bool is_refined(const Mode& mode) {
+  return std::isfinite(mode.loss_factor_sigma) &&
+         mode.circle_natural_frequency_hz != mode.natural_frequency_hz;
+}
+
 bool is_coarse(const Mode& mode, double line_spacing_hz) {
   return half_power_band(mode) < coarse_lines * line_spacing_hz;
 }
@@ -34,8 +39,10 @@ bool reaches_edge(const Mode& mode, double band_lo_hz, double band_hi_hz) {
 }
 
 bool are_close(const Mode& mode, const Mode& other) {
-  return std::abs(mode.natural_frequency_hz - other.natural_frequency_hz) <
-         std::max(half_power_band(mode), half_power_band(other));
+  const double distance = std::abs(mode.natural_frequency_hz - other.natural_frequency_hz);
+  if (is_refined(mode))
+    return distance < 5.0 * std::hypot(mode.natural_frequency_sigma, other.natural_frequency_sigma);
+  return distance < std::max(half_power_band(mode), half_power_band(other));
 }
 
 bool looks_double(const Eigen::MatrixXcd& alone, const Eigen::VectorXcd& g) {

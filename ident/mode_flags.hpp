@@ -13,13 +13,18 @@ inline constexpr double poor_circle_misfit =
 inline constexpr double poor_circle_scatter = 0.02;  ///< rms distance over radius, in the best output
 inline constexpr double double_mode_noise =
     2.0;  ///< second singular value over the largest that noise makes, and also
-inline constexpr double double_mode_share = 0.03;  ///< over the first singular value, and also
-inline constexpr double double_mode_shape = 0.35;  ///< part of its energy that has the shape of g^2
+inline constexpr double double_mode_share = 0.012;  ///< over the first singular value, and also
+inline constexpr double double_mode_shape = 0.35;   ///< part of its energy that has the shape of g^2
+
+/// Whether a multi-mode fit has taken the neighbours out: the values are not a circle's own.
+bool is_refined(const Mode& mode);
 
 bool is_coarse(const Mode& mode, double line_spacing_hz);
 bool is_noisy(const Mode& mode);  ///< false where the method has no standard errors
 bool reaches_edge(const Mode& mode, double band_lo_hz, double band_hi_hz);
-/// Whether the other lies within a half-power bandwidth, the larger of the two.
+/// Whether the other is too close for this mode's values. From a circle: within a half-power bandwidth, the
+/// larger of the two, as its circle then is not this mode's own. From a multi-mode fit, which takes the other
+/// out: where their frequencies differ by less than five standard errors.
 bool are_close(const Mode& mode, const Mode& other);
 
 /// Whether two modes stand behind one pole. Its lines alone (lines x outputs, all else subtracted, each

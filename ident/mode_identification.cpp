@@ -244,7 +244,6 @@ void attach_circles(const Context& context, std::vector<Mode>& modes) {
     modes[r].circles = circles[r].circles;
     modes[r].window_lo_hz = circles[r].window_lo_hz;
     modes[r].window_hi_hz = circles[r].window_hi_hz;
-    if (circles[r].has(ModeFlag::poor_circle)) add_flag(modes[r], ModeFlag::poor_circle);
   }
 }
 

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "ident/mode_flags.hpp"
+
 namespace struna::ident {
 namespace {
 
@@ -20,13 +22,6 @@ constexpr double one_resonance =
     0.05;  // bandwidths between two modes that widen their common pole too little to matter
 constexpr double close_frequency_error =
     0.05;  // bandwidths, of a frequency read off a circle shared with a neighbour
-
-/// A multi-mode fit has taken the neighbours out: it has standard errors and its values are not the circle's
-/// own.
-bool is_refined(const Mode& mode) {
-  return std::isfinite(mode.loss_factor_sigma) &&
-         mode.circle_natural_frequency_hz != mode.natural_frequency_hz;
-}
 
 }  // namespace
 
@@ -69,12 +64,10 @@ std::optional<std::string> distrust_loss_factor(const Pair& pair, const Mode& mo
   if (mode.has(ModeFlag::double_mode) && pair.model.size() < 2) {
     return "loss factor: double_mode: one pole for two modes that the model does not have";
   }
-  if (mode.has(ModeFlag::close_modes)) {
-    if (!is_refined(mode)) return "loss factor: close_modes: the circle is not this mode's own";
-    if (neighbour < separate_enough && !several_references) {
-      return fmt::format("loss factor: close_modes: a neighbour {:.2f} bandwidths away", neighbour);
-    }
-  }
+  if (mode.has(ModeFlag::close_modes) && !is_refined(mode))
+    return "loss factor: close_modes: the circle is not this mode's own";
+  if (is_refined(mode) && neighbour < separate_enough && !several_references)
+    return fmt::format("loss factor: close_modes: a neighbour {:.2f} bandwidths away", neighbour);
   if (mode.loss_factor_sigma > worst_loss_factor_sigma * mode.loss_factor) {
     return fmt::format("loss factor: noisy: known to {:.0f} % only, more than {:.0f} %",
                        100.0 * mode.loss_factor_sigma / mode.loss_factor, 100.0 * worst_loss_factor_sigma);

@@ -10,6 +10,7 @@
 
 #include "fem/error.hpp"
 #include "ident/atomic_file.hpp"
+#include "ident/rayleigh_flag.hpp"
 
 namespace struna::ident {
 namespace {
@@ -102,9 +103,9 @@ std::string curve_lines(const std::string& name, const IdentifiedCurve& curve, c
 std::string rayleigh_lines(const RayleighFit& fit) {
   return fmt::format(
       "[rayleigh]\nalpha = {}  # 1/s\nbeta = {}  # s\nalpha_sigma = {}\nbeta_sigma = {}\ncovariance = {}\n"
-      "rms = {}\ndetermined = {}\n\n",
+      "rms = {}\ndetermined = {}\nflag = \"{}\"\n\n",
       number(fit.rayleigh.alpha), number(fit.rayleigh.beta), number(fit.alpha_sigma), number(fit.beta_sigma),
-      number(fit.covariance), number(fit.rms), fit.determined);
+      number(fit.covariance), number(fit.rms), fit.determined, to_string(rayleigh_flag(fit)));
 }
 
 template <class Texts>
@@ -338,7 +339,7 @@ IdentifiedCurve read_curve(const Reader& reader, bool allow_zero) {
 }
 
 RayleighFit read_rayleigh(const Reader& reader) {
-  reader.only({"alpha", "beta", "alpha_sigma", "beta_sigma", "covariance", "rms", "determined"});
+  reader.only({"alpha", "beta", "alpha_sigma", "beta_sigma", "covariance", "rms", "determined", "flag"});
   RayleighFit fit;
   fit.rayleigh = {reader.number("alpha"), reader.number("beta")};
   for (const char* key : {"alpha", "beta"}) {

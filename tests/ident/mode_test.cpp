@@ -82,7 +82,7 @@ TEST(Resonance, PoleFunctionIsOneOverXPlusI) {
 // A mode of f = 100 Hz and half-power band `band` with errors as given.
 Mode mode_with(double band, double f_sigma = 0.0, double eta_sigma = 0.0, double f = 100.0) {
   Mode mode;
-  mode.natural_frequency_hz = f;
+  mode.natural_frequency_hz = mode.circle_natural_frequency_hz = f;
   mode.loss_factor = band / f;
   mode.lower_half_power_hz = f - 0.5 * band;
   mode.upper_half_power_hz = f + 0.5 * band;
@@ -113,6 +113,13 @@ TEST(ModeFlags, EdgeWhenTheHalfPowerBandReachesPastTheBand) {
 TEST(ModeFlags, CloseWithinTheLargerHalfPowerBand) {
   EXPECT_TRUE(are_close(mode_with(1.0), mode_with(4.0, 0.0, 0.0, 103.9)));
   EXPECT_FALSE(are_close(mode_with(1.0), mode_with(4.0, 0.0, 0.0, 104.1)));
+}
+
+TEST(ModeFlags, CloseWithinFiveStandardErrorsWhereAMultiModeFitTookTheNeighbourOut) {
+  Mode refined = mode_with(1.0, 0.03);
+  refined.circle_natural_frequency_hz = 100.1;
+  EXPECT_TRUE(are_close(refined, mode_with(1.0, 0.04, 0.0, 100.24)));
+  EXPECT_FALSE(are_close(refined, mode_with(1.0, 0.04, 0.0, 100.26)));
 }
 
 TEST(ModeFlags, SetsGetTheirFlagsOnce) {

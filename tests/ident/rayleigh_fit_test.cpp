@@ -8,6 +8,7 @@
 #include <random>
 
 #include "fem/error.hpp"
+#include "ident/rayleigh_flag.hpp"
 
 namespace struna::ident {
 namespace {
@@ -35,6 +36,21 @@ TEST(RayleighFit, RecoversTheCoefficientsOfExactData) {
   EXPECT_FALSE(fit.alpha_at_bound);
   EXPECT_FALSE(fit.beta_at_bound);
   EXPECT_LT(fit.rms, 1e-10);
+}
+
+TEST(RayleighFit, IsFlaggedWhereModesAreTooFewOrContradictIt) {
+  const fem::Rayleigh truth{43.1, 2e-6};
+  const auto flag_of = [&](const Eigen::VectorXd& frequency, double constant) {
+    const Eigen::VectorXd zeta =
+        damping_ratio(truth, frequency) + Eigen::VectorXd::Constant(frequency.size(), constant);
+    return rayleigh_flag(fit_rayleigh(frequency, zeta, 0.01 * zeta));
+  };
+  EXPECT_EQ(flag_of(wire_frequency, 0.0), RayleighFlag::none);
+  EXPECT_EQ(flag_of(wire_frequency, 0.05), RayleighFlag::contradicted);
+  EXPECT_EQ(flag_of(vector({20.0, 200.0}), 0.0), RayleighFlag::two_modes);
+  EXPECT_EQ(flag_of(vector({20.0}), 0.0), RayleighFlag::one_mode);
+  EXPECT_EQ(to_string(RayleighFlag::contradicted), "contradicted");
+  EXPECT_EQ(to_string(RayleighFlag::none), "");
 }
 
 TEST(RayleighFit, EqualsThePseudoInverseWithEqualWeightsAndNoActiveBound) {

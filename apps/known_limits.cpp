@@ -1,0 +1,16 @@
+#include "apps/limit_laws.hpp"
+#include "apps/limit_modes.hpp"
+#include "apps/limit_newmark.hpp"
+#include "apps/limits.hpp"
+
+namespace struna::apps {
+
+std::vector<KnownLimit> known_limits() {
+  return {{"circle", circle_limits},
+          {"modes", multi_mode_limits},
+          {"rayleigh", rayleigh_limits},
+          {"extrapolation", extrapolation_limits},
+          {"newmark", newmark_limits}};
+}
+
+}  // namespace struna::apps

@@ -1,0 +1,109 @@
+#include "apps/limit_map.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace struna::apps {
+namespace {
+
+constexpr std::size_t most_axes = 3;
+
+void count_trial(const LimitTrial& trial, LimitCount& count) {
+  const bool flagged = !trial.flags.empty();
+  switch (outcome(trial)) {
+    case Outcome::right:
+      ++count.right;
+      count.right_flagged += flagged;
+      break;
+    case Outcome::wrong:
+      ++count.wrong;
+      count.wrong_flagged += flagged;
+      break;
+    case Outcome::refused:
+      ++count.refused;
+  }
+}
+
+std::string field(double value) {
+  return std::isfinite(value) ? fmt::format("{:.6g}", value) : "";
+}
+
+}  // namespace
+
+Outcome outcome(const LimitTrial& trial) {
+  if (trial.refused) return Outcome::refused;
+  if (!std::isfinite(trial.error)) return Outcome::wrong;
+  if (!std::isfinite(trial.sigma)) return trial.error > trial.tolerance ? Outcome::wrong : Outcome::right;
+  const bool far = trial.error > 5.0 * trial.sigma;
+  const bool beyond_both = trial.error > 3.0 * trial.sigma && trial.error > trial.tolerance;
+  return far || beyond_both ? Outcome::wrong : Outcome::right;
+}
+
+std::string to_string(Outcome outcome) {
+  return outcome == Outcome::right ? "right" : outcome == Outcome::wrong ? "wrong" : "refused";
+}
+
+double LimitCount::flagged_share() const {
+  return wrong > 0 ? static_cast<double>(wrong_flagged) / static_cast<double>(wrong) : 1.0;
+}
+
+double LimitCount::false_alarm_share() const {
+  return right > 0 ? static_cast<double>(right_flagged) / static_cast<double>(right) : 0.0;
+}
+
+LimitCount count_of(const LimitMap& map) {
+  LimitCount count;
+  for (const auto& trial : map.trials) count_trial(trial, count);
+  return count;
+}
+
+LimitCount count_at(const LimitMap& map, const std::vector<double>& at) {
+  LimitCount count;
+  for (const auto& trial : map.trials)
+    if (trial.at == at) count_trial(trial, count);
+  return count;
+}
+
+std::string sentence_of(const LimitMap& map) {
+  return fmt::format("{}; noticed by {}; then {}.", map.fails, map.sign, map.then);
+}
+
+std::string limits_csv(const std::vector<LimitMap>& maps) {
+  std::string text =
+      "map,parameter_1,value_1,parameter_2,value_2,parameter_3,value_3,seed,quantity,error,sigma,tolerance,"
+      "outcome,flags\n";
+  for (const auto& map : maps) {
+    for (const auto& trial : map.trials) {
+      text += map.name;
+      for (std::size_t k = 0; k < most_axes; ++k)
+        text += k < map.axes.size() ? fmt::format(",{},{:g}", map.axes[k].name, trial.at[k]) : ",,";
+      text += fmt::format(",{},{},{},{},{},{},{}\n", trial.seed, map.quantity, field(trial.error),
+                          field(trial.sigma), field(trial.tolerance), to_string(outcome(trial)), trial.flags);
+    }
+  }
+  return text;
+}
+
+LimitAxis LimitRun::axis(std::string name, std::vector<double> values) const {
+  LimitAxis thinned{std::move(name), {}};
+  const auto step = static_cast<std::size_t>(every);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    if (i % step == 0 || i + 1 == values.size()) thinned.values.push_back(values[i]);
+  return thinned;
+}
+
+void for_each_place(const std::vector<LimitAxis>& axes,
+                    const std::function<void(const std::vector<double>&)>& visit) {
+  std::vector<std::size_t> index(axes.size(), 0);
+  std::vector<double> at(axes.size());
+  for (;;) {
+    for (std::size_t k = 0; k < axes.size(); ++k) at[k] = axes[k].values[index[k]];
+    visit(at);
+    std::size_t k = 0;
+    while (k < axes.size() && ++index[k] == axes[k].values.size()) index[k++] = 0;
+    if (k == axes.size()) return;
+  }
+}
+
+}  // namespace struna::apps

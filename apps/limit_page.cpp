@@ -1,0 +1,55 @@
+#include "apps/limit_page.hpp"
+
+#include <map>
+#include <nlohmann/json.hpp>
+
+#include "apps/limit_files.hpp"
+#include "apps/limit_svg.hpp"
+#include "apps/report_page.hpp"
+
+namespace struna::apps {
+namespace {
+
+using nlohmann::json;
+
+json summary_row(const LimitMap& map) {
+  const LimitCount count = count_of(map);
+  return {{"name", map.name},        {"title", map.title},
+          {"right", count.right},    {"alarms", number(100.0 * count.false_alarm_share(), 3)},
+          {"wrong", count.wrong},    {"flagged", number(100.0 * count.flagged_share(), 3)},
+          {"refused", count.refused}};
+}
+
+/// How often each combination of flags came with right and with wrong results.
+json flag_rows(const LimitMap& map) {
+  std::map<std::string, std::pair<long, long>> counts;
+  for (const auto& trial : map.trials) {
+    const Outcome result = outcome(trial);
+    auto& entry = counts[trial.flags];
+    entry.first += result == Outcome::right;
+    entry.second += result == Outcome::wrong;
+  }
+  json rows = json::array();
+  for (const auto& [flags, count] : counts)
+    if (count.first + count.second > 0) rows.push_back({flags, count.first, count.second});
+  return rows;
+}
+
+}  // namespace
+
+std::string limit_page(const std::vector<LimitMap>& maps, const std::string& command) {
+  std::vector<PageSection> sections = {{"summary", "Summary"}};
+  json data = {{"command", command}, {"summary", json::array()}, {"maps", json::array()}};
+  for (const auto& map : maps) {
+    sections.push_back({map.name, map.title});
+    data["summary"].push_back(summary_row(map));
+    data["maps"].push_back({{"name", map.name},
+                            {"sentence", sentence_of(map)},
+                            {"quantity", map.quantity},
+                            {"svg", limit_svg(map)},
+                            {"flags", flag_rows(map)}});
+  }
+  return render_page("Where methods stop working", sections, data, limit_page_js);
+}
+
+}  // namespace struna::apps

@@ -1,0 +1,26 @@
+#include "ident/rayleigh_flag.hpp"
+
+namespace struna::ident {
+
+RayleighFlag rayleigh_flag(const RayleighFit& fit) {
+  constexpr double contradicted = 3.0;  // rms over sigma
+  if (!fit.determined) return RayleighFlag::one_mode;
+  if (fit.rms > contradicted) return RayleighFlag::contradicted;
+  return fit.rms == 0.0 ? RayleighFlag::two_modes : RayleighFlag::none;  // no degree of freedom
+}
+
+std::string to_string(RayleighFlag flag) {
+  switch (flag) {
+    case RayleighFlag::two_modes:
+      return "two_modes";
+    case RayleighFlag::contradicted:
+      return "contradicted";
+    case RayleighFlag::one_mode:
+      return "one_mode";
+    case RayleighFlag::none:
+      break;
+  }
+  return "";
+}
+
+}  // namespace struna::ident

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <string>
+
+#include "ident/rayleigh_fit.hpp"
+
+namespace struna::ident {
+
+/// What cannot be trusted about the two coefficients together.
+enum class RayleighFlag {
+  none,
+  two_modes,     ///< they go through two points exactly: no third one has said whether damping is like that
+  contradicted,  ///< the modes lie off the curve by more than three standard errors (rms)
+  one_mode       ///< alpha is not known at all
+};
+RayleighFlag rayleigh_flag(const RayleighFit& fit);
+std::string to_string(RayleighFlag flag);  ///< "two_modes", …; "" for none
+
+}  // namespace struna::ident
