@@ -1,12 +1,15 @@
 #include "apps/limit_laws.hpp"
 #include "apps/limit_modes.hpp"
 #include "apps/limit_newmark.hpp"
+#include "apps/limit_transfer.hpp"
 #include "apps/limits.hpp"
 
 namespace struna::apps {
 
 std::vector<KnownLimit> known_limits() {
-  return {{"circle", circle_limits},
+  return {{"leakage", leakage_limits},
+          {"local_model", local_model_limits},
+          {"circle", circle_limits},
           {"modes", multi_mode_limits},
           {"rayleigh", rayleigh_limits},
           {"extrapolation", extrapolation_limits},

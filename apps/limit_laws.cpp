@@ -63,8 +63,8 @@ LimitMap rayleigh_limits(const LimitRun& run) {
     const auto ratio = [&](double f) {
       return (1.0 - share) * fem::rayleigh_damping_ratio(truth, f) + share * constant;
     };
-    for (int seed = 1; seed <= run.seeds_or(10); ++seed) {
-      std::mt19937_64 engine(static_cast<unsigned>(seed));
+    for (const unsigned seed : run.draws(10)) {
+      std::mt19937_64 engine(seed);
       std::normal_distribution<double> normal;
       const int modes = static_cast<int>(at[0]);
       Eigen::VectorXd f(modes), zeta(modes), error(modes);
@@ -76,14 +76,14 @@ LimitMap rayleigh_limits(const LimitRun& run) {
       const ident::RayleighFit fit = ident::fit_rayleigh(f, zeta, error);
       LimitTrial trial;
       trial.at = at;
-      trial.seed = static_cast<unsigned>(seed);
+      trial.seed = seed;
       trial.tolerance = damping_tolerance;
-      for (const double f : {20.0, 50.0, 126.0, 320.0, 800.0}) {
-        const double off = std::abs(fem::rayleigh_damping_ratio(fit.rayleigh, f) / ratio(f) - 1.0);
-        const double error = rayleigh_sigma(fit, f) / ratio(f);
-        if (std::isfinite(trial.sigma) && !(off * trial.sigma > trial.error * error)) continue;
+      for (const double at_hz : {20.0, 50.0, 126.0, 320.0, 800.0}) {
+        const double off = std::abs(fem::rayleigh_damping_ratio(fit.rayleigh, at_hz) / ratio(at_hz) - 1.0);
+        const double stated = rayleigh_sigma(fit, at_hz) / ratio(at_hz);
+        if (std::isfinite(trial.sigma) && !(off * trial.sigma > trial.error * stated)) continue;
         trial.error = off;
-        trial.sigma = error;
+        trial.sigma = stated;
       }
       trial.flags = to_string(ident::rayleigh_flag(fit));
       trial.refused = !fit.determined;
@@ -111,12 +111,12 @@ LimitMap extrapolation_limits(const LimitRun& run) {
                                   {},
                                   0.0,
                                   0.0};
-    for (int seed = 1; seed <= run.seeds_or(6); ++seed) {
-      const ident::LawFit fit = fitted_modulus(truth, static_cast<unsigned>(seed));
+    for (const unsigned seed : run.draws(6)) {
+      const ident::LawFit fit = fitted_modulus(truth, seed);
       for (const double f : map.axes[0].values) {
         LimitTrial trial;
         trial.at = {f, material[0], material[1]};
-        trial.seed = static_cast<unsigned>(seed);
+        trial.seed = seed;
         trial.error = std::abs(fit.law.at(f) / truth.at(f) - 1.0);
         trial.sigma = ident::law_sigma(fit, f) / truth.at(f);
         trial.tolerance = modulus_tolerance;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <numeric>
 
 namespace struna::apps {
 namespace {
@@ -83,6 +84,12 @@ std::string limits_csv(const std::vector<LimitMap>& maps) {
     }
   }
   return text;
+}
+
+std::vector<unsigned> LimitRun::draws(int usual) const {
+  std::vector<unsigned> all(static_cast<std::size_t>(seeds > 0 ? seeds : usual));
+  std::iota(all.begin(), all.end(), static_cast<unsigned>(first_seed));
+  return all;
 }
 
 LimitAxis LimitRun::axis(std::string name, std::vector<double> values) const {

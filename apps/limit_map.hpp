@@ -67,11 +67,12 @@ std::string limits_csv(const std::vector<LimitMap>& maps);
 
 /// How finely a map is drawn.
 struct LimitRun {
-  int seeds = 0;  ///< draws of the noise for each place; 0: each map's own choice
-  int every = 1;  ///< every which value of each axis, first and last always: 1 the whole map
+  int seeds = 0;       ///< draws of the noise for each place; 0: each map's own choice
+  int first_seed = 1;  ///< of the draws
+  int every = 1;       ///< every which value of each axis, first and last always: 1 the whole map
   std::function<void(const std::string&)> progress = [](const std::string&) {};
 
-  int seeds_or(int usual) const { return seeds > 0 ? seeds : usual; }
+  std::vector<unsigned> draws(int usual) const;                        ///< their seeds
   LimitAxis axis(std::string name, std::vector<double> values) const;  ///< thinned by `every`
 };
 

@@ -67,18 +67,50 @@ ident::TransferFunction function_of(const std::vector<Share>& modes, double step
   return tf;
 }
 
-const Mode* nearest(const std::vector<Mode>& found, double f) {
-  const auto distance = [&](const Mode& mode) { return std::abs(mode.natural_frequency_hz - f); };
-  const auto best = std::min_element(found.begin(), found.end(),
-                                     [&](const Mode& a, const Mode& b) { return distance(a) < distance(b); });
-  return best == found.end() || distance(*best) > bandwidth_hz ? nullptr : &*best;
+LimitMap mode_limits(const LimitRun& run, ModeMethod method, int usual_seeds, LimitMap map) {
+  map.quantity = "natural frequency over the bandwidth or loss factor (relative): the worse of the two";
+  map.axes = {run.axis("spacing [bandwidths]", {0.05, 0.1, 0.2, 0.3, 0.4, 0.7, 1, 1.5, 2, 3, 5, 8, 15}),
+              run.axis("noise [% of diameter]", {0.03, 0.1, 0.3, 1, 3, 10}),
+              run.axis("lines per bandwidth", {5, 8, 16, 32})};
+  for_each_place(map.axes, [&](const std::vector<double>& at) {
+    const std::vector<Share> truth = shares(at[0]);
+    for (const unsigned seed : run.draws(usual_seeds)) {
+      const auto tf = function_of(truth, bandwidth_hz / at[2], 0.01 * at[1], seed);
+      ident::ModeOptions options;
+      options.method = method;
+      options.band_lo_hz = tf.frequency_hz(0);
+      options.band_hi_hz = tf.frequency_hz(tf.lines() - 1);
+      const ident::ModeSet set = ident::identify_modes(tf, options);
+      for (int r = 0; r < 2; ++r) {
+        LimitTrial trial;
+        trial.at = at;
+        trial.seed = seed;
+        const Pole& pole = truth[static_cast<std::size_t>(r)].pole;
+        const Mode* const mode = mode_near(set.modes, pole);
+        trial.refused = mode == nullptr;
+        if (mode != nullptr) judge_mode(*mode, pole, trial);
+        map.trials.push_back(std::move(trial));
+      }
+    }
+  });
+  return map;
 }
 
-/// The worse of the two quantities, each in units of its sigma.
-void judge(const Mode& mode, const Pole& truth, LimitTrial& trial) {
-  const double frequency_error =
-      std::abs(mode.natural_frequency_hz - truth.natural_frequency_hz) / bandwidth_hz;
-  const double frequency_sigma = mode.natural_frequency_sigma / bandwidth_hz;
+}  // namespace
+
+const Mode* mode_near(const std::vector<Mode>& found, const Pole& truth) {
+  const auto distance = [&](const Mode& mode) {
+    return std::abs(mode.natural_frequency_hz - truth.natural_frequency_hz);
+  };
+  const auto best = std::min_element(found.begin(), found.end(),
+                                     [&](const Mode& a, const Mode& b) { return distance(a) < distance(b); });
+  return best == found.end() || distance(*best) > ident::bandwidth_hz(truth) ? nullptr : &*best;
+}
+
+void judge_mode(const Mode& mode, const Pole& truth, LimitTrial& trial) {
+  const double bandwidth = ident::bandwidth_hz(truth);
+  const double frequency_error = std::abs(mode.natural_frequency_hz - truth.natural_frequency_hz) / bandwidth;
+  const double frequency_sigma = mode.natural_frequency_sigma / bandwidth;
   const double loss_error = std::abs(mode.loss_factor / truth.loss_factor - 1.0);
   const double loss_sigma = mode.loss_factor_sigma / truth.loss_factor;
   const LimitTrial frequency{{}, 0, frequency_error, frequency_sigma, frequency_tolerance, false, ""};
@@ -92,40 +124,6 @@ void judge(const Mode& mode, const Pole& truth, LimitTrial& trial) {
   trial.tolerance = worse.tolerance;
   for (const auto flag : mode.flags) trial.flags += (trial.flags.empty() ? "" : ";") + to_string(flag);
 }
-
-LimitMap mode_limits(const LimitRun& run, ModeMethod method, int usual_seeds, LimitMap map) {
-  map.quantity = "natural frequency over the bandwidth or loss factor (relative): the worse of the two";
-  map.axes = {run.axis("spacing [bandwidths]", {0.1, 0.2, 0.4, 0.7, 1, 1.5, 2, 3, 5, 8, 15}),
-              run.axis("noise [% of diameter]", {0.03, 0.1, 0.3, 1, 3}),
-              run.axis("lines per bandwidth", {5, 8, 16, 32})};
-  const int seeds = run.seeds_or(usual_seeds);
-  for_each_place(map.axes, [&](const std::vector<double>& at) {
-    const std::vector<Share> truth = shares(at[0]);
-    for (int seed = 1; seed <= seeds; ++seed) {
-      const auto tf = function_of(truth, bandwidth_hz / at[2], 0.01 * at[1], static_cast<unsigned>(seed));
-      ident::ModeOptions options;
-      options.method = method;
-      options.band_lo_hz = tf.frequency_hz(0);
-      options.band_hi_hz = tf.frequency_hz(tf.lines() - 1);
-      const ident::ModeSet set = ident::identify_modes(tf, options);
-      for (int r = 0; r < 2; ++r) {
-        LimitTrial trial;
-        trial.at = at;
-        trial.seed = static_cast<unsigned>(seed);
-        const Mode* const mode =
-            nearest(set.modes, truth[static_cast<std::size_t>(r)].pole.natural_frequency_hz);
-        if (mode == nullptr)
-          trial.refused = true;
-        else
-          judge(*mode, truth[static_cast<std::size_t>(r)].pole, trial);
-        map.trials.push_back(std::move(trial));
-      }
-    }
-  });
-  return map;
-}
-
-}  // namespace
 
 LimitMap circle_limits(const LimitRun& run) {
   LimitMap map;

@@ -50,9 +50,9 @@ LimitMap newmark_limits(const LimitRun& run) {
   map.axes = {run.axis("steps per period", {4, 8, 16, 32, 64, 128, 256}),
               run.axis("damping ratio [%]", {0.03, 0.1, 0.3, 1, 3, 10}), run.axis("duration [s]", {0.2, 1})};
   for_each_place({map.axes[1], map.axes[2]}, [&](const std::vector<double>& place) {
-    for (int seed = 1; seed <= run.seeds_or(3); ++seed) {
+    for (const unsigned seed : run.draws(3)) {
       fem::Scene scene = shaken_wire(0.01 * place[0], place[1]);
-      scene.simulation->excitation.seed = static_cast<unsigned>(seed);
+      scene.simulation->excitation.seed = seed;
       scene.simulation->tolerance = 1e-6;
       const fem::MotionHistory motion = fem::scene_motion(scene);
       const Eigen::VectorXd reference = fem::simulate(scene, motion).output.col(0);
@@ -62,7 +62,7 @@ LimitMap newmark_limits(const LimitRun& run) {
         const fem::TimeResponse response = fem::simulate(scene, motion);
         LimitTrial trial;
         trial.at = {steps, place[0], place[1]};
-        trial.seed = static_cast<unsigned>(seed);
+        trial.seed = seed;
         trial.error = (response.output.col(0) - reference).norm() / reference.norm();
         trial.tolerance = force_tolerance;
         const auto& warnings = response.report.warnings;

@@ -19,6 +19,7 @@ namespace {
 struct LimitArguments {
   std::vector<std::string> maps;
   int seeds = 0;
+  int first_seed = 1;
   std::string to;
 };
 
@@ -55,6 +56,7 @@ void run_limits(const LimitArguments& arguments, const std::string& command) {
   check_folder(arguments.to);
   LimitRun run;
   run.seeds = arguments.seeds;
+  run.first_seed = arguments.first_seed;
   run.progress = [](const std::string& message) { progress(message); };
   std::vector<LimitMap> maps;
   for (const auto& known : chosen) {
@@ -74,6 +76,7 @@ std::string command_line(const LimitArguments& arguments) {
   std::string line = "struna limits";
   for (const auto& name : arguments.maps) line += " --map " + name;
   if (arguments.seeds > 0) line += fmt::format(" --seeds {}", arguments.seeds);
+  if (arguments.first_seed != 1) line += fmt::format(" --first-seed {}", arguments.first_seed);
   return line + " -o " + arguments.to;
 }
 
@@ -91,6 +94,8 @@ void add_limits(CLI::App& app) {
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
   limits->add_option("--seeds", arguments->seeds, "draws of the noise at each place; default: each map's own")
       ->check(CLI::Range(1, 1000));
+  limits->add_option("--first-seed", arguments->first_seed, "of these draws (1): another number, fresh draws")
+      ->check(CLI::Range(1, 1000000));
   limits->footer(
       "Every map uses a method over a grid of its parameters, where the truth is known, and counts right "
       "and\n"

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "apps/repeated_records.hpp"
 #include "ident/fixture.hpp"
@@ -127,10 +128,16 @@ MeasuredTransfer measure_transfer(const std::vector<std::string>& records, const
                                   const std::map<std::string, ident::ChannelCorrection>& corrections,
                                   const TransferSettings& settings) {
   refuse_repeated_records(records);
+  return examined(
+      ident::estimate_transfer(
+          records, input, outputs,
+          {settings.method, settings.estimator, settings.welch, settings.drive_signal}, corrections),
+      settings);
+}
+
+MeasuredTransfer examined(ident::TransferEstimate estimate, const TransferSettings& settings) {
   MeasuredTransfer measured;
-  measured.estimate = ident::estimate_transfer(
-      records, input, outputs, {settings.method, settings.estimator, settings.welch, settings.drive_signal},
-      corrections);
+  measured.estimate = std::move(estimate);
   measured.warnings = measured.estimate.warnings;
   if (settings.band) warn_of_cut_band(*settings.band, measured.estimate.function, measured.warnings);
   measured.function = in_band_and_form(measured.estimate.function, settings);

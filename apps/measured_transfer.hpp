@@ -20,6 +20,9 @@ MeasuredTransfer measure_transfer(const std::vector<std::string>& records, const
                                   const std::map<std::string, ident::ChannelCorrection>& corrections,
                                   const TransferSettings& settings);
 
+/// An estimate in the form and band asked for, with what a user should look at.
+MeasuredTransfer examined(ident::TransferEstimate estimate, const TransferSettings& settings);
+
 /// What the settings make of an estimated function.
 ident::TransferFunction in_band_and_form(ident::TransferFunction function, const TransferSettings& settings);
 

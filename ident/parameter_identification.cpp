@@ -90,8 +90,9 @@ struct Points {
 
 /// Sorts the pairs' moduli and loss factors (as read, not yet freed of the rising modulus) into the trusted
 /// and the rejected.
-void sort_by_trust(const Selection& selection, const Pairing& pairing, const FitOptions& options,
-                   Points& modulus, Points& loss_factor, std::vector<LeftOut>& rejected) {
+void sort_by_trust(const Selection& selection, const Pairing& pairing, const ModelModes& model,
+                   const FitOptions& options, Points& modulus, Points& loss_factor,
+                   std::vector<LeftOut>& rejected) {
   for (const Unpaired& unpaired : pairing.left_out) {
     const double f = selection.set.modes[static_cast<std::size_t>(unpaired.measured)].natural_frequency_hz;
     rejected.push_back({f, unpaired.reason, LeftOutOf::both});
@@ -112,8 +113,9 @@ void sort_by_trust(const Selection& selection, const Pairing& pairing, const Fit
       modulus.add(f, pair.modulus, sigma * pair.modulus);
     }
     const double spread = mode.loss_factor > 0.0 ? pair.spread / mode.loss_factor : 0.0;
-    if (const auto reason =
-            distrust_loss_factor(pair, mode, spread, neighbour_distance(selection.set.modes, i), several)) {
+    const Surroundings around{spread, neighbour_distance(selection.set.modes, i),
+                              missing_distance(pairing, model, pair, mode.loss_factor), several};
+    if (const auto reason = distrust_loss_factor(pair, mode, around)) {
       rejected.push_back({f, *reason, LeftOutOf::loss_factor});
     } else {
       loss_factor.add(f, mode.loss_factor,
@@ -236,7 +238,7 @@ Identified identify_material(const ModeSet& measured, const fem::Model& model, c
   result.pairing = pair_modes(selection.set, model_side.modes, pairing_options);
 
   Points modulus, loss_factor;
-  sort_by_trust(selection, result.pairing, options, modulus, loss_factor, result.rejected);
+  sort_by_trust(selection, result.pairing, model_side.modes, options, modulus, loss_factor, result.rejected);
   if (modulus.value.empty()) throw Error(nothing_paired(selection.set, result.pairing));
   result.modulus = modulus.curve();
   const std::vector<PairedFrequency> pairs =

@@ -56,6 +56,10 @@ class Refiner {
       found.push_back(to_mode(best.fit, r, fit_options_.damping));
       if (best.fit.rank_excess(r) > limit()) add_flag(found.back(), ModeFlag::double_mode);
     }
+    for (long r = 0; r < best.targets; ++r)
+      for (long s = r + 1; s < best.targets; ++s)
+        if (may_be_one_that_moved(best.fit, r, s))
+          for (const long t : {r, s}) add_flag(found[static_cast<std::size_t>(t)], ModeFlag::close_modes);
     return found;
   }
 
@@ -132,6 +136,14 @@ class Refiner {
     }
     const double size = a.squaredNorm() * b.squaredNorm();
     return size > 0.0 ? std::norm(a.dot(b)) / size : 1.0;
+  }
+
+  // Neighbours within a bandwidth that look alike: the set-up may have moved one mode between the references.
+  bool may_be_one_that_moved(const RankOneFit& fit, long r, long s) const {
+    const Pole &a = fit.poles[static_cast<std::size_t>(r)], &b = fit.poles[static_cast<std::size_t>(s)];
+    return std::abs(a.natural_frequency_hz - b.natural_frequency_hz) <
+               std::max(bandwidth_hz(a), bandwidth_hz(b)) &&
+           assurance(fit, r, s) > parallel;
   }
 
   // Poles r .. replaced in `poles` and `along` by others.

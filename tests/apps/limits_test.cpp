@@ -8,11 +8,13 @@
 #include <cmath>
 #include <limits>
 
+#include "apps/limit_contact.hpp"
 #include "apps/limit_laws.hpp"
 #include "apps/limit_modes.hpp"
 #include "apps/limit_newmark.hpp"
 #include "apps/limit_page.hpp"
 #include "apps/limit_svg.hpp"
+#include "apps/limit_transfer.hpp"
 
 namespace struna::apps {
 namespace {
@@ -98,6 +100,14 @@ TEST(LimitMap, AxesAreThinnedButKeepTheirEnds) {
   LimitRun run;
   run.every = 3;
   EXPECT_THAT(run.axis("x", {1, 2, 3, 4, 5, 6}).values, testing::ElementsAre(1, 4, 6));
+}
+
+TEST(LimitMap, DrawsBeginAtTheFirstSeed) {
+  LimitRun run;
+  EXPECT_THAT(run.draws(2), testing::ElementsAre(1u, 2u));
+  run.seeds = 3;
+  run.first_seed = 7;
+  EXPECT_THAT(run.draws(2), testing::ElementsAre(7u, 8u, 9u));
 }
 
 TEST(LimitMap, EveryMapHasANameOfItsOwn) {

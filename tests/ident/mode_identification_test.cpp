@@ -125,7 +125,9 @@ TEST(ModeIdentification, ClosePairsAreResolvedOrFlagged) {
     const ModeSet set = identify_modes(tf);
     if (distance < 0.05) {  // counts as one pole
       ASSERT_EQ(set.modes.size(), 1u);
-      if (distance == 0.0) EXPECT_TRUE(set.modes[0].flags.empty());
+      if (distance == 0.0) {
+        EXPECT_TRUE(set.modes[0].flags.empty());
+      }
       EXPECT_NEAR(set.modes[0].loss_factor, 0.02, 1e-4);
     } else if (set.modes.size() == 1u) {
       EXPECT_TRUE(set.modes[0].has(ModeFlag::double_mode)) << distance;
