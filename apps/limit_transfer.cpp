@@ -27,7 +27,7 @@ LimitTrial trial_of(const ShakenWire& wire, const ident::Record& record, Transfe
     settings.band = analysed_band;
     const MeasuredTransfer measured =
         examined(ident::estimate_transfer(record, "displacement", {"force_y"},
-                                          {settings.method, settings.estimator, settings.welch}),
+                                          {settings.method, settings.estimator, settings.welch, {}}),
                  settings);
     const ident::Pole truth = third_mode(wire);
     const auto modes = ident::identify_modes(measured.function).modes;

@@ -129,9 +129,9 @@ MeasuredTransfer measure_transfer(const std::vector<std::string>& records, const
                                   const TransferSettings& settings) {
   refuse_repeated_records(records);
   return examined(
-      ident::estimate_transfer(
-          records, input, outputs,
-          {settings.method, settings.estimator, settings.welch, settings.drive_signal}, corrections),
+      ident::estimate_transfer(records, input, outputs,
+                               {settings.method, settings.estimator, settings.welch, settings.drive_signal},
+                               corrections),
       settings);
 }
 
