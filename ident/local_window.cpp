@@ -315,6 +315,9 @@ void WindowFit::finish() {
     const Pack noise = output.noise / free_share;
     estimate_.push_back(
         {n[0] + n[1] * theta_[1] + n[2] * theta_[2], noise * leverage + through_d * scale, noise});
+    // Sums without any noise, as simulated ones, may round to less than nothing.
+    const Estimate& e = estimate_.back();
+    usable_ = usable_ && (e.value.re + e.value.im).isFinite() && e.variance >= 0.0 && e.variance.isFinite();
   }
 }
 

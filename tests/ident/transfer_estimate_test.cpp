@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <complex>
 #include <numbers>
 
 #include "fem/error.hpp"
@@ -150,6 +151,35 @@ TEST(TransferEstimate, TheChoiceFollowsTheRecordAndSaysWhy) {
   options = {};
   options.welch.overlap = 0.5;
   EXPECT_EQ(chosen(noise, options), "Welch: an overlap is asked for");
+}
+
+TEST(TransferEstimate, ACleanChirpThroughALocalModelGivesNumbersOrNoLine) {
+  // As smooth as what leaks, and without noise: sums whose rounding is all that the model does not explain.
+  const double sample_rate = 2000.0, duration = 20.0;
+  const long samples = std::lround(duration * sample_rate);
+  Fft fft(2 * samples);
+  fft.input().setZero();
+  for (long i = 0; i < samples; ++i) {
+    const double t = static_cast<double>(i) / sample_rate;
+    fft.input()[i] = std::sin(2.0 * std::numbers::pi * (20.0 * t + 380.0 / (2.0 * duration) * t * t));
+  }
+  Record record;
+  record.sample_interval = 1.0 / sample_rate;
+  record.channels = {{"displacement", Quantity::displacement}, {"force", Quantity::force}};
+  record.samples.resize(samples, 2);
+  record.samples.col(0) = fft.input().head(samples);
+  Eigen::VectorXcd response = fft.transform();
+  for (long i = 0; i < response.size(); ++i) {
+    const double f = static_cast<double>(i) * sample_rate / static_cast<double>(2 * samples);
+    response[i] *= 1e4 / std::complex<double>(1e4 - f * f, 2.0 * 0.01 * 100.0 * f);
+  }
+  record.samples.col(1) = inverse_transform(response, 2 * samples).head(samples);
+  EstimateOptions options;
+  options.method = EstimateMethod::local_rational;
+  const TransferFunction tf = estimate_transfer(record, "displacement", {"force"}, options).function;
+  EXPECT_TRUE(tf.outputs[0].value.allFinite());
+  EXPECT_TRUE(tf.outputs[0].sigma.allFinite());
+  EXPECT_GT(tf.lines(), 500);
 }
 
 TEST(TransferEstimate, EveryWordIsUnderstoodAndOthersAreRefused) {
