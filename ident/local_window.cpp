@@ -313,11 +313,12 @@ void WindowFit::finish() {
     const Pack through_d = covariance_11_ * n[1].norm() + covariance_22_ * n[2].norm() +
                            2.0 * (n[1] * covariance_12_ * n[2].conj()).re;
     const Pack noise = output.noise / free_share;
+    const Pack variance = noise * leverage + through_d * scale;
+    // Sums without any noise, as simulated ones, may round to less than nothing, or to nothing that tells D.
     estimate_.push_back(
-        {n[0] + n[1] * theta_[1] + n[2] * theta_[2], noise * leverage + through_d * scale, noise});
-    // Sums without any noise, as simulated ones, may round to less than nothing.
-    const Estimate& e = estimate_.back();
-    usable_ = usable_ && (e.value.re + e.value.im).isFinite() && e.variance >= 0.0 && e.variance.isFinite();
+        {n[0] + n[1] * theta_[1] + n[2] * theta_[2], (variance > 0.0).select(variance, 0.0), noise});
+    const Z& value = estimate_.back().value;
+    usable_ = usable_ && (value.re + value.im).isFinite();
   }
 }
 
