@@ -42,7 +42,7 @@ Table modes_table(const ident::ModeSet& set) {
                           number(mode.loss_factor, "{:.6f}"), number(mode.loss_factor_sigma, "{:.6f}"),
                           number(mode.damping_ratio, "{:.6f}"),
                           number(mode.circle_natural_frequency_hz, "{:.4f}"),
-                          number(mode.circle_loss_factor, "{:.6f}"), ident::flag_words(mode)});
+                          number(mode.circle_loss_factor, "{:.6f}"), ident::flag_words(mode.flags)});
   }
   return table;
 }

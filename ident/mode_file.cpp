@@ -152,9 +152,9 @@ ModeSet read_header(const CsvReader& csv) {
 
 }  // namespace
 
-std::string flag_words(const Mode& mode) {
+std::string flag_words(const std::vector<ModeFlag>& flags) {
   std::string words;
-  for (const ModeFlag flag : mode.flags) words += (words.empty() ? "" : ";") + to_string(flag);
+  for (const ModeFlag flag : flags) words += (words.empty() ? "" : ";") + to_string(flag);
   return words;
 }
 
@@ -175,7 +175,7 @@ void write_modes(const ModeSet& set, const std::string& file) {
     fmt::format_to(out, "{},{},{},{},{},{},{},{},{},{},{}", r + 1, field(mode.natural_frequency_hz),
                    field(mode.natural_frequency_sigma), field(mode.lower_half_power_hz),
                    field(mode.upper_half_power_hz), field(mode.loss_factor), field(mode.loss_factor_sigma),
-                   field(mode.damping_ratio), flag_words(mode), field(mode.circle_natural_frequency_hz),
+                   field(mode.damping_ratio), flag_words(mode.flags), field(mode.circle_natural_frequency_hz),
                    field(mode.circle_loss_factor));
     for (Eigen::Index k = 0; k < static_cast<Eigen::Index>(set.outputs.size()); ++k)
       fmt::format_to(out, ",{},{},{}", field(mode.modal_constant[k].real()),

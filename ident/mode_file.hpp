@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "ident/mode.hpp"
 
@@ -11,8 +12,8 @@ namespace struna::ident {
 /// [Hz],circle_loss_factor [-], then per output NAME_constant_re [U], NAME_constant_im [U],
 /// NAME_constant_sigma [U]; U the circle form's unit "* /s^2" (viscous "/s").
 void write_modes(const ModeSet& modes, const std::string& file);
-/// The mode's flags joined by ';', as the file has them.
-std::string flag_words(const Mode& mode);
+/// Flags joined by ';', as the file has them.
+std::string flag_words(const std::vector<ModeFlag>& flags);
 /// Reads what write_modes wrote; also a table with frequency and loss factor or damping ratio only
 /// (hand-made). Errors carry file and line: units other than Hz and -, rows out of order, unknown flags.
 ModeSet read_modes(const std::string& file);

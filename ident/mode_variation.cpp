@@ -67,18 +67,16 @@ void check(const std::vector<ModeSet>& sets) {
 std::vector<std::vector<Member>> same_modes(const std::vector<ModeSet>& sets) {
   std::vector<std::vector<Member>> groups;
   for (std::size_t s = 0; s < sets.size(); ++s) {
-    const std::size_t known = groups.size();
+    std::vector<Mode> known;  // the first member of each group so far
+    for (const std::vector<Member>& group : groups) known.push_back(mode_of(sets, group.front()));
     for (long place = 0; place < static_cast<long>(sets[s].modes.size()); ++place) {
       const Member member{s, place};
       const Mode& mode = mode_of(sets, member);
-      std::vector<Mode> representatives;
-      for (std::size_t g = 0; g < known; ++g) representatives.push_back(mode_of(sets, groups[g].front()));
-      const long group = representatives.empty() ? -1 : nearest(mode, representatives);
-      const bool mutual = group >= 0 &&
-                          nearest(representatives[static_cast<std::size_t>(group)], sets[s].modes) == place &&
-                          may_be_one(representatives[static_cast<std::size_t>(group)], mode);
+      const auto group = static_cast<std::size_t>(known.empty() ? 0 : nearest(mode, known));
+      const bool mutual =
+          !known.empty() && nearest(known[group], sets[s].modes) == place && may_be_one(known[group], mode);
       if (mutual)
-        groups[static_cast<std::size_t>(group)].push_back(member);
+        groups[group].push_back(member);
       else
         groups.push_back({member});
     }
@@ -162,9 +160,7 @@ void write_mode_variation(const std::vector<ModeVariation>& modes, fem::Damping 
   for (const ModeVariation& mode : modes) {
     for (const Variation& v : {mode.frequency, mode.damping})
       text += fmt::format("{},{},{},{},{},", v.mean, v.mean_sigma, v.between, v.largest, v.probability);
-    Mode flagged;
-    flagged.flags = mode.flags;
-    text += fmt::format("{},{}\n", mode.sets(), flag_words(flagged));
+    text += fmt::format("{},{}\n", mode.sets(), flag_words(mode.flags));
   }
   write_atomically(file, text);
 }
