@@ -1,3 +1,4 @@
+#include "apps/limit_contact.hpp"
 #include "apps/limit_laws.hpp"
 #include "apps/limit_modes.hpp"
 #include "apps/limit_newmark.hpp"
@@ -13,7 +14,9 @@ std::vector<KnownLimit> known_limits() {
           {"modes", multi_mode_limits},
           {"rayleigh", rayleigh_limits},
           {"extrapolation", extrapolation_limits},
-          {"newmark", newmark_limits}};
+          {"newmark", newmark_limits},
+          {"newmark_contact", newmark_contact_limits},
+          {"modal_contact", modal_contact_limits}};
 }
 
 }  // namespace struna::apps

@@ -17,6 +17,9 @@ void count_trial(const LimitTrial& trial, LimitCount& count) {
       ++count.right;
       count.right_flagged += flagged;
       break;
+    case Outcome::uncertain:
+      ++count.uncertain;
+      break;
     case Outcome::wrong:
       ++count.wrong;
       count.wrong_flagged += flagged;
@@ -38,11 +41,22 @@ Outcome outcome(const LimitTrial& trial) {
   if (!std::isfinite(trial.sigma)) return trial.error > trial.tolerance ? Outcome::wrong : Outcome::right;
   const bool far = trial.error > 5.0 * trial.sigma;
   const bool beyond_both = trial.error > 3.0 * trial.sigma && trial.error > trial.tolerance;
-  return far || beyond_both ? Outcome::wrong : Outcome::right;
+  if (far || beyond_both) return Outcome::wrong;
+  return trial.error > trial.tolerance ? Outcome::uncertain : Outcome::right;
 }
 
 std::string to_string(Outcome outcome) {
-  return outcome == Outcome::right ? "right" : outcome == Outcome::wrong ? "wrong" : "refused";
+  switch (outcome) {
+    case Outcome::right:
+      return "right";
+    case Outcome::uncertain:
+      return "uncertain";
+    case Outcome::wrong:
+      return "wrong";
+    case Outcome::refused:
+      return "refused";
+  }
+  return "";
 }
 
 double LimitCount::flagged_share() const {

@@ -25,12 +25,12 @@ struct LimitTrial {
   std::string flags;  ///< words joined by ';'; empty: a result without a flag
 };
 
-enum class Outcome { right, wrong, refused };
+enum class Outcome { right, uncertain, wrong, refused };
 
 /// Wrong: beyond five stated sigmas, or beyond both three sigmas and the stated tolerance; where no sigma is
-/// stated, beyond the tolerance.
+/// stated, beyond the tolerance. Uncertain: beyond the tolerance too, but its sigma says so.
 Outcome outcome(const LimitTrial& trial);
-std::string to_string(Outcome outcome);  ///< "right", "wrong", "refused"
+std::string to_string(Outcome outcome);  ///< "right", "uncertain", "wrong", "refused"
 
 /// Where one method works, where it does not, and what it says.
 struct LimitMap {
@@ -48,6 +48,7 @@ struct LimitMap {
 struct LimitCount {
   long right = 0;
   long right_flagged = 0;  ///< false alarms
+  long uncertain = 0;
   long wrong = 0;
   long wrong_flagged = 0;
   long refused = 0;

@@ -1,5 +1,6 @@
 #include "apps/limit_page.hpp"
 
+#include <array>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -14,24 +15,29 @@ using nlohmann::json;
 
 json summary_row(const LimitMap& map) {
   const LimitCount count = count_of(map);
-  return {{"name", map.name},        {"title", map.title},
-          {"right", count.right},    {"alarms", number(100.0 * count.false_alarm_share(), 3)},
-          {"wrong", count.wrong},    {"flagged", number(100.0 * count.flagged_share(), 3)},
+  return {{"name", map.name},
+          {"title", map.title},
+          {"right", count.right},
+          {"alarms", number(100.0 * count.false_alarm_share(), 3)},
+          {"uncertain", count.uncertain},
+          {"wrong", count.wrong},
+          {"flagged", number(100.0 * count.flagged_share(), 3)},
           {"refused", count.refused}};
 }
 
-/// How often each combination of flags came with right and with wrong results.
+/// How often each combination of flags came with right, uncertain and wrong results.
 json flag_rows(const LimitMap& map) {
-  std::map<std::string, std::pair<long, long>> counts;
+  std::map<std::string, std::array<long, 3>> counts;
   for (const auto& trial : map.trials) {
     const Outcome result = outcome(trial);
     auto& entry = counts[trial.flags];
-    entry.first += result == Outcome::right;
-    entry.second += result == Outcome::wrong;
+    entry[0] += result == Outcome::right;
+    entry[1] += result == Outcome::uncertain;
+    entry[2] += result == Outcome::wrong;
   }
   json rows = json::array();
   for (const auto& [flags, count] : counts)
-    if (count.first + count.second > 0) rows.push_back({flags, count.first, count.second});
+    if (count[0] + count[1] + count[2] > 0) rows.push_back({flags, count[0], count[1], count[2]});
   return rows;
 }
 

@@ -19,14 +19,15 @@ struct Share {
   const char* colour;
 };
 /// Okabe & Ito's colours; the wrong without a flag are the darkest.
-constexpr std::array<Share, 5> shares = {{{"right", "#8fd0ba"},
+constexpr std::array<Share, 6> shares = {{{"right", "#8fd0ba"},
                                           {"right, flagged", "#f0e442"},
+                                          {"uncertain", "#56b4e9"},
                                           {"wrong, flagged", "#e69f00"},
                                           {"wrong, no flag", "#9c1f1f"},
                                           {"refused", "#c3c9d0"}}};
 
-std::array<long, 5> split(const LimitCount& count) {
-  return {count.right - count.right_flagged, count.right_flagged, count.wrong_flagged,
+std::array<long, 6> split(const LimitCount& count) {
+  return {count.right - count.right_flagged, count.right_flagged, count.uncertain, count.wrong_flagged,
           count.wrong - count.wrong_flagged, count.refused};
 }
 
@@ -101,9 +102,10 @@ std::string key(double y) {
 }
 
 std::string counts_text(const LimitCount& count) {
-  return fmt::format("{} right ({:.1f} % of them flagged), {} wrong ({:.1f} % of them flagged), {} refused",
-                     count.right, 100.0 * count.false_alarm_share(), count.wrong,
-                     100.0 * count.flagged_share(), count.refused);
+  return fmt::format(
+      "{} right ({:.1f} % of them flagged), {} uncertain, {} wrong ({:.1f} % of them flagged), {} refused",
+      count.right, 100.0 * count.false_alarm_share(), count.uncertain, count.wrong,
+      100.0 * count.flagged_share(), count.refused);
 }
 
 }  // namespace
@@ -119,7 +121,8 @@ std::string limit_svg(const LimitMap& map) {
                         top + row_height * static_cast<double>(p / panels_in_row), panel(map, p));
   }
   const auto columns = static_cast<double>(std::min(panels, panels_in_row));
-  const double width = std::max(left + 5.0 * 112.0 + gap, columns * panel_width + gap);
+  const double width =
+      std::max(left + 112.0 * static_cast<double>(shares.size()) + gap, columns * panel_width + gap);
   double y = top + row_height * static_cast<double>((panels + panels_in_row - 1) / panels_in_row) + 2.0;
   body += key(y);
   y += 20.0;

@@ -39,13 +39,13 @@ std::vector<KnownLimit> chosen_limits(const LimitArguments& arguments) {
 }
 
 void print_summary(const std::vector<LimitMap>& maps) {
-  Table table{{"map", "right", "flagged", "wrong", "flagged", "refused"}, {}};
+  Table table{{"map", "right", "flagged", "uncertain", "wrong", "flagged", "refused"}, {}};
   for (const auto& map : maps) {
     const LimitCount count = count_of(map);
-    table.rows.push_back({map.name, std::to_string(count.right),
-                          fmt::format("{:.1f} %", 100.0 * count.false_alarm_share()),
-                          std::to_string(count.wrong), fmt::format("{:.1f} %", 100.0 * count.flagged_share()),
-                          std::to_string(count.refused)});
+    table.rows.push_back(
+        {map.name, std::to_string(count.right), fmt::format("{:.1f} %", 100.0 * count.false_alarm_share()),
+         std::to_string(count.uncertain), std::to_string(count.wrong),
+         fmt::format("{:.1f} %", 100.0 * count.flagged_share()), std::to_string(count.refused)});
   }
   print(table);
   for (const auto& map : maps) print(fmt::format("{}: {}", map.name, sentence_of(map)));

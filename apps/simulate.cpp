@@ -170,7 +170,7 @@ Rows report_rows(const fem::SimulationReport& report) {
     add("deepest penetration [m]", fmt::format("{:.4g}", report.steps.largest_penetration));
   }
   if (report.tolerance > 0.0) {
-    const bool checked = report.method == fem::IntegrationMethod::modal;
+    const bool checked = report.method == fem::IntegrationMethod::modal || !report.linear;
     add("tolerance asked", fmt::format("{:g} of the largest displacement{}", report.tolerance,
                                        checked ? "" : "; sets the step, is not checked"));
   }

@@ -9,78 +9,12 @@
 #include "fem/accuracy_choice.hpp"
 #include "fem/causal_distance.hpp"
 #include "fem/error.hpp"
-#include "fem/newmark.hpp"
 #include "fem/sampled_run.hpp"
+#include "fem/scene_stepper.hpp"
+#include "fem/step_check.hpp"
 
 namespace struna::fem {
 namespace {
-
-using Eigen::VectorXd;
-
-class ModalRun final : public Stepper {
- public:
-  ModalRun(const SimulationPlan& plan, std::vector<ModalBody> bodies, std::vector<ContactPoint> points,
-           const MotionHistory& motion, const ModalSteppingOptions& options)
-      : plan_(plan),
-        bodies_(bodies),
-        contact_(!points.empty()),
-        stepper_(
-            std::move(bodies), std::move(points), [motion](double t) { return motion.at(t); }, options) {}
-
-  void settle() { stepper_.settle(); }
-  void advance(double time) override { stepper_.advance(time); }
-  VectorXd displacement(int body) const override { return stepper_.displacement(body); }
-  VectorXd velocity(int body) const override { return stepper_.velocity(body); }
-  /// q'' = p - (elastic and damping force), contact included in p.
-  VectorXd acceleration(int body, const MotionSample& u) const override {
-    const ModalBody& modal = bodies_[static_cast<std::size_t>(body)];
-    VectorXd p = modal.load * Eigen::Vector3d(u.displacement, u.velocity, u.acceleration);
-    if (modal.constant_load.size() > 0) p += modal.constant_load;
-    for (std::size_t i = 0; contact_ && i < plan_.points.size(); ++i) {
-      const ContactPoint& point = plan_.points[i];
-      if (point.inside_body != body && point.outside_body != body) continue;
-      const Eigen::Vector2d f = force_on_inside(static_cast<int>(i));
-      if (f.isZero(0.0)) continue;
-      if (point.inside_body == body) p += point.inside * f;
-      if (point.outside_body == body) p -= point.outside * f;
-    }
-    return p - stepper_.internal_force(body);
-  }
-  double penetration(int point) const override { return stepper_.penetration(point); }
-  double force(int point) const override { return stepper_.force(point); }
-  Eigen::Vector2d offset(int point) const override { return stepper_.offset(point); }
-  StepReport steps() const override { return stepper_.report(); }
-  std::optional<EnergyLedger> energy() const override { return stepper_.energy(); }
-
- private:
-  const SimulationPlan& plan_;
-  std::vector<ModalBody> bodies_;
-  bool contact_;
-  ModalStepper stepper_;
-};
-
-class NewmarkRun final : public Stepper {
- public:
-  /// Starts from the static shape moving with the base; `settled`: in equilibrium with the contacts.
-  NewmarkRun(std::vector<NodalBody> bodies, std::vector<ContactPoint> points, const MotionHistory& motion,
-             const NewmarkOptions& options, bool settled)
-      : stepper_(
-            std::move(bodies), std::move(points), [motion](double t) { return motion.at(t); }, options) {
-    settled ? stepper_.settle() : stepper_.follow_base();
-  }
-  void advance(double time) override { stepper_.advance(time); }
-  VectorXd displacement(int body) const override { return stepper_.displacement(body); }
-  VectorXd velocity(int body) const override { return stepper_.velocity(body); }
-  VectorXd acceleration(int body, const MotionSample&) const override { return stepper_.acceleration(body); }
-  double penetration(int point) const override { return stepper_.penetration(point); }
-  double force(int point) const override { return stepper_.force(point); }
-  Eigen::Vector2d offset(int point) const override { return stepper_.offset(point); }
-  StepReport steps() const override { return stepper_.report(); }
-  std::optional<EnergyLedger> energy() const override { return std::nullopt; }
-
- private:
-  NewmarkStepper stepper_;
-};
 
 /// Keeps what is to be told, each once, and passes it on at once.
 class Warner {
@@ -165,22 +99,42 @@ void warn_of_filter(const RunContext& run, const Sampling& sampling, bool contac
                   usable, highest_hz, 2.5 * highest_hz));
 }
 
+/// What the trials found, told where no tolerance says what matters. False: stopped by the user.
+bool take_over(const StepCheck& check, const RunContext& run) {
+  SimulationReport& report = run.response.report;
+  report.estimated_error = check.estimated_error;
+  report.error_checked_until = check.checked_until;
+  constexpr double noticed = 0.05;
+  if (report.estimated_error > noticed) {
+    run.warn(fmt::format(
+        "the step of {:.3g} s is too long for the contacts: up to {:.3g} s, soon after the first touch, the "
+        "estimated error is {:.2g} of the largest displacement; a shorter step, or the modal method to a "
+        "tolerance, would follow them",
+        report.step, report.error_checked_until, report.estimated_error));
+  }
+  return !check.interrupted;
+}
+
 /// Modes and steps from the tolerance, told in the report. With a fixed step every mode is stepped. False:
 /// stopped by the user.
 bool set_accuracy(const RunContext& run, const std::vector<ModalBody>& bodies, bool contact,
                   ModalSteppingOptions& options) {
   SimulationReport& report = run.response.report;
   const MotionHistory& motion = run.motion;
-  if (options.step > 0.0) return true;
+  const auto at = [motion](double t) { return motion.at(t); };
+  const double duration = std::min(run.scene.simulation->duration, motion.duration());
+  const bool settled = starts_settled(run.scene, run.plan, contact);
+  if (options.step > 0.0) {
+    return !contact ||
+           take_over(check_step(bodies, run.plan.points, at, duration, options, settled, run.progress), run);
+  }
   if (!contact) {
     options.highest_mode_hz = static_mode_limit(motion.highest_hz(), options.tolerance);
     report.highest_mode_hz = options.highest_mode_hz;
     return true;
   }
-  const AccuracyChoice choice = choose_accuracy(
-      bodies, run.plan.points, [motion](double t) { return motion.at(t); }, motion.highest_hz(),
-      std::min(run.scene.simulation->duration, motion.duration()), options,
-      starts_settled(run.scene, run.plan, contact), run.progress, run.levels);
+  const AccuracyChoice choice = choose_accuracy(bodies, run.plan.points, at, motion.highest_hz(), duration,
+                                                options, settled, run.progress, run.levels);
   if (choice.interrupted) return false;
   options.highest_mode_hz = choice.highest_mode_hz;
   options.tolerance = choice.tolerance;
@@ -239,9 +193,9 @@ RunEnd run_modal(const RunContext& context, bool contact) {
   if (!contact) judge_causal_law(context, bodies[static_cast<std::size_t>(plan.measured_body)]);
   if (contact) warn_of_filter(context, sampling, contact);
   if (!set_accuracy(context, bodies, contact, options)) return RunEnd::interrupted;
-  ModalRun stepper(plan, bodies, contact ? plan.points : std::vector<ContactPoint>{}, motion, options);
-  if (starts_settled(scene, plan, contact)) stepper.settle();
-  const RunEnd end = run(stepper, plan, law, motion, sampling, contact, progress, response);
+  const auto stepper =
+      modal_run(plan, std::move(bodies), contact, motion, options, starts_settled(scene, plan, contact));
+  const RunEnd end = run(*stepper, plan, law, motion, sampling, contact, progress, response);
   if (!contact && end != RunEnd::gap_closed) warn_of_filter(context, sampling, contact);
   return end;
 }
@@ -342,14 +296,18 @@ RunEnd run_newmark(const RunContext& context, bool contact) {
   sampling.filter = sampling.filter && sampling.oversampling > 1;
   sampling.filter_motion = sampling.filter_motion && sampling.filter;
   response.report.step = options.step;
+  const bool settled = starts_settled(scene, plan, contact);
   if (contact) {
     warn_of_step(context, options);
     warn_of_drift(context, options.step);
     warn_of_filter(context, sampling, contact);
+    const double duration = std::min(simulation.duration, motion.duration());
+    const auto at = [motion](double t) { return motion.at(t); };
+    const StepCheck check = check_step(bodies, plan.points, at, duration, options, settled, progress);
+    if (!take_over(check, context)) return RunEnd::interrupted;
   }
-  NewmarkRun stepper(std::move(bodies), contact ? plan.points : std::vector<ContactPoint>{}, motion, options,
-                     starts_settled(scene, plan, contact));
-  const RunEnd end = run(stepper, plan, law, motion, sampling, contact, progress, response);
+  const auto stepper = newmark_run(plan, std::move(bodies), contact, motion, options, settled);
+  const RunEnd end = run(*stepper, plan, law, motion, sampling, contact, progress, response);
   if (!contact && end != RunEnd::gap_closed) {
     warn_of_drift(context, options.step);
     warn_of_filter(context, sampling, contact);

@@ -37,9 +37,10 @@ LimitMap small_map() {
   map.fails = "it bends";
   map.sign = "a crack";
   map.then = "stops";
-  map.trials = {trial(0.0, 1.0, 0.0),           trial(0.5, 1.0, 0.0, "noisy"),
+  map.trials = {trial(0.0, 1.0, 0.0),           trial(0.5, 1.0, 1.0, "noisy"),
                 trial(9.0, 1.0, 0.0),           trial(9.0, 1.0, 0.0, "coarse"),
-                trial(nan, 1.0, 0.0, "coarse"), trial(0.0, nan, 0.1, "", true)};
+                trial(nan, 1.0, 0.0, "coarse"), trial(0.0, nan, 0.1, "", true),
+                trial(2.0, 1.0, 0.5, "noisy")};
   return map;
 }
 
@@ -55,7 +56,7 @@ TEST(LimitMap, WrongIsBeyondFiveSigmasOrBeyondThreeAndTheTolerance) {
     double error, sigma, tolerance;
     Outcome expected;
   };
-  for (const auto& c : {Case{2.9, 1.0, 0.0, Outcome::right}, Case{3.1, 1.0, 4.0, Outcome::right},
+  for (const auto& c : {Case{2.9, 1.0, 0.0, Outcome::uncertain}, Case{3.1, 1.0, 4.0, Outcome::right},
                         Case{3.1, 1.0, 3.0, Outcome::wrong}, Case{4.9, 1.0, 9.0, Outcome::right},
                         Case{5.1, 1.0, 9.0, Outcome::wrong}, Case{0.09, nan, 0.1, Outcome::right},
                         Case{0.11, nan, 0.1, Outcome::wrong}, Case{nan, 1.0, 9.0, Outcome::wrong}}) {
@@ -70,6 +71,7 @@ TEST(LimitMap, CountsWhatWasFlaggedOfRightAndWrong) {
   EXPECT_EQ(count.right_flagged, 1);
   EXPECT_EQ(count.wrong, 3);
   EXPECT_EQ(count.wrong_flagged, 2);
+  EXPECT_EQ(count.uncertain, 1);
   EXPECT_EQ(count.refused, 1);
   EXPECT_DOUBLE_EQ(count.flagged_share(), 2.0 / 3.0);
   EXPECT_DOUBLE_EQ(count.false_alarm_share(), 0.5);
@@ -83,14 +85,14 @@ TEST(LimitMap, TableHasARowForEachTrialWithEmptyFieldsForWhatIsNoNumber) {
   EXPECT_THAT(csv, StartsWith("map,parameter_1,value_1,parameter_2,value_2,parameter_3,value_3,seed,quantity,"
                               "error,sigma,tolerance,outcome,flags\n"));
   EXPECT_THAT(csv, HasSubstr("\nsmall,x [m],1,y [s],2,,,1,length (relative),,1,0,wrong,coarse\n"));
-  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 7);
-  EXPECT_EQ(std::count(csv.begin(), csv.end(), ','), 7 * 13);
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 8);
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), ','), 8 * 13);
 }
 
 TEST(LimitMap, PictureAndPageShowCountsAndTheSentence) {
   const std::string svg = limit_svg(small_map());
   EXPECT_THAT(svg, HasSubstr("A &amp; B"));
-  EXPECT_THAT(svg, HasSubstr("1 right; 1 right, flagged; 2 wrong, flagged; 1 wrong, no flag; 1 refused"));
+  EXPECT_THAT(svg, HasSubstr("1 right; 1 right, flagged; 1 uncertain; 2 wrong, flagged; 1 wrong, no flag; 1 refused"));
   EXPECT_THAT(svg, HasSubstr("it bends; noticed by a crack; then stops."));
   EXPECT_THAT(limit_page({small_map()}, "struna limits -o out"), HasSubstr("struna limits -o out"));
 }
