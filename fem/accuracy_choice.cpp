@@ -89,12 +89,12 @@ double highest_mode(const std::vector<ModalBody>& bodies) {
   return highest / 6.0;  // a little above 1/(2 pi): every mode is below
 }
 
-/// The loosest tolerance, from the one asked by quarters, that meets the share; where none does, the loosest
+/// The loosest tolerance, from four times the one asked by quarters, that meets the share; where none does, the loosest
 /// that errs at most 1.5 times as much as the best.
 template <class Tried>
 AccuracyTrial chosen_tolerance(double asked, const Tried& tried) {
   std::vector<AccuracyTrial> trials;
-  for (double tolerance = asked; trials.size() < 4; tolerance *= 0.25) {
+  for (double tolerance = 4.0 * asked; trials.size() < 5; tolerance *= 0.25) {
     trials.push_back(tried(tolerance, 0.0));
     if (trials.back().error <= share * asked) break;
   }
@@ -134,7 +134,8 @@ AccuracyChoice chosen(const TrialSetup& setup, double highest_hz, const ModalSte
   choice.chosen = chosen_tolerance(asked.tolerance, tried);
   const double top = highest_mode(setup.bodies);
   const bool met = choice.chosen.error <= share * asked.tolerance;
-  for (double cut = static_mode_limit(highest_hz, asked.tolerance); met && cut < top; cut *= 2.0) {
+  // The band's end is an upper bound of what contact asks of the modes; most scenes do with fewer.
+  for (double cut = 0.25 * static_mode_limit(highest_hz, asked.tolerance); met && cut < top; cut *= 2.0) {
     const AccuracyTrial trial = tried_with_fewer(choice.chosen.tolerance, cut);
     if (trial.error > share * asked.tolerance) continue;
     choice.chosen = trial;

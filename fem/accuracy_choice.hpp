@@ -38,9 +38,9 @@ double static_mode_limit(double highest_hz, double tolerance);
 
 /// Chooses modes and steps by trial. A reference with every mode and a tenth of the tolerance runs up to 20
 /// ms (less where `duration` [s] ends) beyond the first touch, where trajectories have not parted yet; then
-/// every mode at the tolerance asked, which is tightened by four until the error is below half of it; then
-/// fewer modes, from static_mode_limit() upwards by octaves: the first that keeps below half is taken. docs:
-/// modal_stepping.md. Where nothing touches within the duration, nothing is tried: the tolerance stands and
+/// every mode at four times the tolerance asked, tightened by four until the error is below half of what is
+/// asked; then fewer modes, from a quarter of static_mode_limit() upwards by octaves: the first that keeps
+/// below half is taken. docs: modal_stepping.md. Where nothing touches within the duration, nothing is tried: the tolerance stands and
 /// estimated_error is 0. Where no trial meets the tolerance, the loosest one that errs little more than the
 /// best is taken, and the estimated error tells. `options.tolerance` is what is asked; `settle`: trials start
 /// from the static rest; `progress` is called now and then with the time that a trial has reached [s], false

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
-#include <optional>
 
 #include "fem/error.hpp"
 #include "fem/modal_sum.hpp"
@@ -105,25 +104,31 @@ Eigen::MatrixXcd sum_modes(const ModalSum& sum, const Body& body, const VectorXd
 }
 
 /// Whether all modes and a sum over them take less time than a factorisation per line: the modes cost the
-/// cube of the unknowns, a factorisation their number (measured: beam_bench).
-bool modes_are_cheaper(long lines, long unknowns) {
-  constexpr long unknowns_squared_per_line = 100;
-  return lines > unknowns * unknowns / unknowns_squared_per_line;
+/// cube of the unknowns, a factorisation their number and, between 4 and 12 entries, the band's width
+/// (measured).
+bool modes_are_cheaper(long lines, const HarmonicProblem& problem) {
+  constexpr double unknowns_squared_per_line = 100.0;
+  constexpr double beam_in_space = 12.0;
+  const auto unknowns = static_cast<double>(problem.mass.lower.cols());
+  const double band = static_cast<double>(problem.mass.lower.rows()) / beam_in_space;
+  return static_cast<double>(lines) * band > unknowns * unknowns / unknowns_squared_per_line;
 }
 
 Eigen::MatrixXcd solve(const Model& model, const Drive& drive, const Measurement& measurement,
                        const VectorXd& frequency_hz, Damping damping) {
   const long lines = frequency_hz.size();
-  const std::vector<Reference> references = references_of(drive, measurement);
-  std::optional<ShiftedModes> modes;
-  if (modes_are_cheaper(lines, static_cast<long>(model.free_dof.size()))) modes = shifted_modes(model);
+  ShiftedModes modes;
+  std::vector<int> dof_of_modes;  // references that reach the same dof share them
   Eigen::MatrixXcd response(lines, static_cast<long>(measurement.directions.size()));
-  for (const Reference& reference : references) {
+  for (const Reference& reference : references_of(drive, measurement)) {
     const HarmonicProblem problem(model, reference.drive, reference.measurement);
     const auto solved = [&]() -> Eigen::MatrixXcd {
-      if (modes)
-        return sum_modes(ModalSum(*modes, problem), model.body, frequency_hz, damping,
+      if (modes_are_cheaper(lines, problem)) {
+        if (dof_of_modes != problem.dof) modes = shifted_modes(problem, model.body);
+        dof_of_modes = problem.dof;
+        return sum_modes(ModalSum(modes, problem), model.body, frequency_hz, damping,
                          static_cast<long>(problem.outputs.size()));
+      }
       // A line alone would leave three of four lanes idle.
       if (lines == 1) return solve_lines<1>(problem, model.body, frequency_hz, damping);
       return solve_lines<4>(problem, model.body, frequency_hz, damping);

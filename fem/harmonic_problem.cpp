@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -44,9 +45,65 @@ Terminal at_supports(const Model& model, VectorXd vector) {
   return {std::move(vector), true, std::move(k), std::move(m)};
 }
 
-HarmonicProblem::Part on_free_dof(const Terminal& terminal, const Model& model) {
-  if (!terminal.at_support) return {false, {}, {}, terminal.vector(model.free_dof)};
-  return {true, terminal.k(model.free_dof), terminal.m(model.free_dof), {}};
+/// Below this share of the largest that a definite matrix allows, an entry is rounding: of directions that
+/// should be zero, such as cos(90 deg).
+constexpr double rounding = 1e-13;
+
+bool joins(const BandMatrix& a, int i, int j) {
+  const double entry = a.at(i, j);
+  return entry * entry > rounding * rounding * a.at(i, i) * a.at(j, j);
+}
+
+/// Whether a unit motion d of supports, with the row A d, loads dof i.
+bool loads(const BandMatrix& a, const VectorXd& row, const VectorXd& motion, int i) {
+  return row(i) * row(i) > rounding * rounding * a.at(i, i) * motion.dot(row);
+}
+
+bool is_driven(const Model& model, const Terminal& drive, int i) {
+  if (!drive.at_support) return std::abs(drive.vector(i)) > rounding * drive.vector.cwiseAbs().maxCoeff();
+  return loads(model.stiffness, drive.k, drive.vector, i) || loads(model.mass, drive.m, drive.vector, i);
+}
+
+/// The free dof that K1 and M join to the drive, over any number of others.
+std::vector<int> reached_dof(const Model& model, const Terminal& drive) {
+  enum State : char { held, at_rest, reached };
+  std::vector<State> state(static_cast<std::size_t>(model.dof_count()), held);
+  std::vector<int> next;
+  const auto reach = [&](int i) {
+    state[static_cast<std::size_t>(i)] = reached;
+    next.push_back(i);
+  };
+  for (const int i : model.free_dof) {
+    state[static_cast<std::size_t>(i)] = at_rest;
+    if (is_driven(model, drive, i)) reach(i);
+  }
+  while (!next.empty()) {
+    const int i = next.back();
+    next.pop_back();
+    const int first = std::max(0, i - model.stiffness.half_bandwidth());
+    const int last = std::min(model.dof_count() - 1, i + model.stiffness.half_bandwidth());
+    for (int j = first; j <= last; ++j) {
+      const bool waits = state[static_cast<std::size_t>(j)] == at_rest;
+      if (waits && (joins(model.stiffness, i, j) || joins(model.mass, i, j))) reach(j);
+    }
+  }
+  std::vector<int> dof;
+  for (const int i : model.free_dof)
+    if (state[static_cast<std::size_t>(i)] == reached) dof.push_back(i);
+  return dof.empty() ? model.free_dof : dof;
+}
+
+/// Leaves out the diagonals of both that hold nothing.
+void narrow(BandMatrix& a, BandMatrix& b) {
+  long height = a.lower.rows();
+  while (height > 1 && a.lower.row(height - 1).isZero(0.0) && b.lower.row(height - 1).isZero(0.0)) --height;
+  a.lower.conservativeResize(height, Eigen::NoChange);
+  b.lower.conservativeResize(height, Eigen::NoChange);
+}
+
+HarmonicProblem::Part part_of(const Terminal& terminal, const std::vector<int>& dof) {
+  if (!terminal.at_support) return {false, {}, {}, terminal.vector(dof)};
+  return {true, terminal.k(dof), terminal.m(dof), {}};
 }
 
 HarmonicProblem::Direct direct_part(const Terminal& in, const Terminal& out) {
@@ -101,12 +158,15 @@ std::vector<Terminal> output_terminals(const Model& model, const Measurement& me
   return all;
 }
 
-HarmonicProblem::HarmonicProblem(const Model& model, const Drive& driven, const Measurement& measurement)
-    : stiffness(submatrix(model.stiffness, model.free_dof)), mass(submatrix(model.mass, model.free_dof)) {
+HarmonicProblem::HarmonicProblem(const Model& model, const Drive& driven, const Measurement& measurement) {
   const Terminal in = drive_terminal(model, driven);
-  drive = on_free_dof(in, model);
+  dof = reached_dof(model, in);
+  stiffness = submatrix(model.stiffness, dof);
+  mass = submatrix(model.mass, dof);
+  narrow(stiffness, mass);
+  drive = part_of(in, dof);
   for (const Terminal& out : output_terminals(model, measurement)) {
-    outputs.push_back(on_free_dof(out, model));
+    outputs.push_back(part_of(out, dof));
     direct.push_back(direct_part(in, out));
   }
 }

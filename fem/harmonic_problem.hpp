@@ -29,17 +29,18 @@ struct Terminal {
 Terminal drive_terminal(const Model& model, const Drive& drive);
 std::vector<Terminal> output_terminals(const Model& model, const Measurement& measurement);
 
-/// All of a harmonic problem that does not depend on frequency, over the free dof: (s_k K1 + s_m M) u = load,
-/// output = weights u + direct part. `measurement` without drive directions of its own.
+/// All of a harmonic problem that does not depend on frequency: (s_k K1 + s_m M) u = load, output = weights u
+/// + direct part. Over the free dof that K1 and M join to the drive; the others stay at rest: a straight wire
+/// shaken across moves in one plane and does not twist. `measurement` without drive directions of its own.
 struct HarmonicProblem {
-  /// A terminal's rows of K1 and M at the free dof where it is at a support, else its vector there.
+  /// A terminal's rows of K1 and M at the dof where it is at a support, else its vector there.
   struct Part {
     bool at_support = false;
     Eigen::VectorXd k;
     Eigen::VectorXd m;
     Eigen::VectorXd point;
   };
-  /// The part of a drive that reaches an output without the free dof moving: s_k k + s_m m + constant.
+  /// The part of a drive that reaches an output without the dof moving: s_k k + s_m m + constant.
   struct Direct {
     double k = 0.0;
     double m = 0.0;
@@ -48,7 +49,8 @@ struct HarmonicProblem {
 
   HarmonicProblem(const Model& model, const Drive& drive, const Measurement& measurement);
 
-  BandMatrix stiffness;
+  std::vector<int> dof;  ///< increasing; all free dof where the drive reaches none
+  BandMatrix stiffness;  ///< of one bandwidth, no wider than these dof need
   BandMatrix mass;
   Part drive;
   std::vector<Part> outputs;

@@ -14,7 +14,7 @@ using Eigen::VectorXd;
 
 /// A drive or an output as the modes see it.
 struct Seen {
-  VectorXd shape;    ///< static shape of the free dof for a unit motion of the supports; empty for a point
+  VectorXd shape;    ///< static shape of the dof for a unit motion of the supports; empty for a point
   VectorXd load;     ///< what inertia makes of it: m + M shape; the point's vector
   VectorXd weights;  ///< of the modes: phi^T load
 };
@@ -30,18 +30,17 @@ Seen seen(const HarmonicProblem::Part& part, const HarmonicProblem& problem, con
 
 }  // namespace
 
-ShiftedModes shifted_modes(const Model& model) {
-  const BandMatrix stiffness = submatrix(model.stiffness, model.free_dof);
-  const BandMatrix mass = submatrix(model.mass, model.free_dof);
+ShiftedModes shifted_modes(const HarmonicProblem& problem, const Body& body) {
   ShiftedModes modes;
-  modes.shift = clamped_eigenvalue(model.body);
-  const BandMatrix shifted{stiffness.lower + modes.shift * mass.lower};
+  modes.shift = clamped_eigenvalue(body);
+  const BandMatrix shifted{problem.stiffness.lower + modes.shift * problem.mass.lower};
   // M phi = theta (K1 + shift M) phi, theta = 1/mu.
-  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(mass.dense(), shifted.dense());
-  const bool definite = modes.stiffness.factorise(stiffness, 1.0, mass, modes.shift);
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver(problem.mass.dense(),
+                                                                         shifted.dense());
+  const bool definite = modes.stiffness.factorise(problem.stiffness, 1.0, problem.mass, modes.shift);
   if (!definite || solver.info() != Eigen::Success || !(solver.eigenvalues()(0) > 0.0))
     throw Error(fmt::format("harmonic_response: the modes of body '{}' were not found; use fewer elements",
-                            model.body.name));
+                            body.name));
   const VectorXd& theta = solver.eigenvalues();
   modes.eigenvalue = theta.array().inverse();
   modes.shape = solver.eigenvectors() * theta.cwiseSqrt().cwiseInverse().asDiagonal();

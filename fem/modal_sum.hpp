@@ -8,18 +8,18 @@
 
 namespace struna::fem {
 
-/// All modes over the free dof of (K1 + shift M) phi = mu M phi, mass-normalised, highest first.
+/// All modes over a problem's dof of (K1 + shift M) phi = mu M phi, mass-normalised, highest first.
 struct ShiftedModes {
   double shift = 0.0;
   BandCholesky stiffness;  ///< K1 + shift M
   Eigen::ArrayXd eigenvalue;
-  Eigen::MatrixXd shape;  ///< free dof x modes
+  Eigen::MatrixXd shape;  ///< dof x modes
 };
 
 /// Shifted by clamped_eigenvalue(), which makes any body's stiffness definite. From the reciprocal problem:
 /// the rounding is relative to the lowest modes, which make the response, where that of solve_eigenmodes() is
 /// relative to the highest.
-ShiftedModes shifted_modes(const Model& model);
+ShiftedModes shifted_modes(const HarmonicProblem& problem, const Body& body);
 
 /// The harmonic response of a mesh as the sum over all of its modes. Both damping models scale K1 and M by
 /// complex numbers, so the real modes of (K1, M) uncouple every line, whatever E(f) and eta(f) are, and a
@@ -30,7 +30,7 @@ ShiftedModes shifted_modes(const Model& model);
 /// that no large terms cancel.
 class ModalSum {
  public:
-  /// `modes`: of the problem's model.
+  /// `modes`: of the problem, or of one with the same dof of the same model.
   ModalSum(const ShiftedModes& modes, const HarmonicProblem& problem);
 
   /// Outputs over drive at one line. Not finite at a resonance without damping, where there is none.

@@ -10,6 +10,7 @@
 
 #include "fem/closed_forms.hpp"
 #include "fem/error.hpp"
+#include "fem/harmonic_problem.hpp"
 #include "tests/fem/bodies.hpp"
 
 namespace struna::fem {
@@ -326,6 +327,44 @@ TEST(Harmonic, ModalSumInApparentMassFormApproachesTheDirectResponse) {
   };
   const Complex left = (rest(0) - static_share(0)) - (rest(1) - static_share(1));
   EXPECT_LT(std::abs(left), 1e-7 * std::abs(apparent(1)));
+}
+
+TEST(Harmonic, OnlyWhatTheDriveReachesIsSolved) {
+  constexpr int elements = 10, free_nodes = elements - 1;
+  const Measurement far{SupportForce{End::end}, all_axes};
+  const auto per_node = [&](const Body& body, const Drive& drive) {
+    const HarmonicProblem problem(assemble(body, elements), drive, far);
+    EXPECT_EQ(problem.dof.size() % free_nodes, 0u);
+    return problem.dof.size() / free_nodes;
+  };
+  const Vector3d tilted(0.0, 0.6, 0.8);
+  const Body straight = testing::straight_wire();
+  EXPECT_EQ(per_node(straight, shake(End::start)), 2u);
+  EXPECT_EQ(per_node(straight, PointForce{0.25, Vector3d::UnitZ()}), 2u);
+  EXPECT_EQ(per_node(straight, shake(End::start, Vector3d::UnitX())), 1u);
+  EXPECT_EQ(per_node(straight, shake(End::start, tilted)), 4u);
+  const Body arc = testing::arc_wire(60.0);  // in the plane of x and y
+  EXPECT_EQ(per_node(arc, shake(End::start)), 3u);
+  EXPECT_EQ(per_node(arc, shake(End::start, Vector3d::UnitZ())), 3u);
+  EXPECT_EQ(per_node(testing::spline_wire(), shake(End::start)), 6u);
+  // Along no axis: directions carry rounding, and the plane is still found.
+  const Body turned =
+      testing::wire_along(straight_line({0.0, 0.0, 0.0}, {0.48, 0.48 * std::cos(1.5707963267948966), 0.0}));
+  EXPECT_EQ(per_node(turned, shake(End::start)), 2u);
+}
+
+TEST(Harmonic, WhatTheDriveDoesNotReachAddsNothing) {
+  // A sag of 1e-9 m joins everything to everything and changes nothing else.
+  const VectorXd f = lines({20.0, 130.0, 700.0});
+  const Body bent = testing::wire_along(
+      spline_through({{0.0, 0.0, 0.0}, {0.3, 3e-10, 1e-9}, {testing::wire_length, 0.0, 0.0}}));
+  const Drive drive = shake(End::start);
+  const Measurement far{SupportForce{End::end}, y_only};
+  const Model model = assemble(bent, 24);
+  ASSERT_EQ(HarmonicProblem(model, drive, far).dof.size(), model.free_dof.size());
+  const MatrixXcd whole = harmonic_response(model, drive, far, f).response;
+  const MatrixXcd part = harmonic_response(assemble(testing::straight_wire(), 24), drive, far, f).response;
+  for (long i = 0; i < f.size(); ++i) EXPECT_LT(relative_error(part(i, 0), whole(i, 0)), 1e-8) << f(i);
 }
 
 TEST(Harmonic, ManyLinesAreTheLinesOneByOne) {
