@@ -32,10 +32,10 @@ struct BandFit {
 ///          of freedom times the number of neighbouring lines that are worth one, and every pole then has
 ///          support; within a bandwidth of another also its constants must point elsewhere than the other's
 ///          (assurance below 0.9): else it only mends the other's shape.
-/// Poles up to three of their bandwidths outside the band are kept as background: a mode just outside bends
-/// the function inside. An added pole within a bandwidth of the band's end is not claimed.
-/// Start modes need frequency and loss factor; constants where they are known. `tf` in circle form with
-/// sigma.
+/// Poles outside the band, up to 1.3 times its end, are kept as background once they gained that much,
+/// whatever their damping, which nothing tells: a mode beyond bends the function inside. An added pole within
+/// a bandwidth of the band's end is not claimed. Start modes need frequency and loss factor; constants where
+/// they are known. `tf` in circle form with sigma.
 BandFit fit_band(const TransferFunction& tf, const std::vector<Mode>& start, const BandFitOptions& options);
 
 }  // namespace struna::ident

@@ -15,8 +15,8 @@ namespace {
 constexpr double smallest_loss_factor = 1e-5, largest_loss_factor = 0.5;
 constexpr double least_lines = 0.3;         // line spacings in the half-power band
 constexpr double least_significance = 6.0;  // of the constants, in standard errors
-constexpr double least_background = 3.0;    // the same of a pole outside the band, which nobody claims
-constexpr double most_outside = 3.0;        // bandwidths that it may be outside
+constexpr double least_beside = 3.0;        // the same of a pole beside the window
+constexpr double most_outside = 3.0;        // bandwidths that it may be beside it
 constexpr double least_share = 0.03;        // of the function around
 constexpr double one_pole = 0.05;           // bandwidths: nearer poles count as one
 // Of the test for a second pole: lines, standard deviations and more above what noise gains (one in 1000),
@@ -185,6 +185,11 @@ bool GroupFit::is_double(long r) const {
 
 std::string GroupFit::objection(long r) const {
   const Pole& p = pole(r);
+  // Outside the band nothing tells its damping, and its constants are one with the residual terms: what it
+  // took out of the sum of squares when it was added is its support, and nobody claims it.
+  const Span background{band_.lo_hz / beyond_band, band_.hi_hz * beyond_band};
+  if (!background.holds(p.natural_frequency_hz)) return "carried off by the fit";
+  if (!band_.holds(p.natural_frequency_hz)) return "";
   if (p.loss_factor < smallest_loss_factor || p.loss_factor > largest_loss_factor)
     return fmt::format("loss factor {:.3g} outside {:g} to {:g}", p.loss_factor, smallest_loss_factor,
                        largest_loss_factor);
@@ -193,11 +198,10 @@ std::string GroupFit::objection(long r) const {
                        spacing_);
   const double outside = std::max(window_->frequency_hz(0) - p.natural_frequency_hz,
                                   p.natural_frequency_hz - window_->frequency_hz(window_->lines() - 1));
-  const bool background = outside > 0.0;
   if (outside > most_outside * bandwidth_hz(p)) return "carried off by the fit";
-  if (!(significance(r) > (background ? least_background : least_significance)))
+  if (!(significance(r) > (outside > 0.0 ? least_beside : least_significance)))
     return fmt::format("modal constants only {:.2g} standard errors", significance(r));
-  if (!background && !(share(r) > least_share))
+  if (outside <= 0.0 && !(share(r) > least_share))
     return fmt::format("only {:.2g} % of the function around it", 100.0 * share(r));
   for (long s = 0; s < static_cast<long>(fit_.poles.size()); ++s) {
     if (s == r || significance(s) < significance(r)) continue;

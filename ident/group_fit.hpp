@@ -11,11 +11,12 @@
 namespace struna::ident {
 
 /// One group's fit with what is needed to judge its poles. Refers to the window and to the modes outside:
-/// both must outlive it.
+/// both must outlive it. `band`: of the whole function, of which the window is a part.
 class GroupFit {
  public:
-  GroupFit(const TransferFunction& window, const std::vector<Mode>& outside, const PoleFitOptions& options)
-      : window_(&window), outside_(&outside), options_(options) {
+  GroupFit(const TransferFunction& window, const std::vector<Mode>& outside, const Span& band,
+           const PoleFitOptions& options)
+      : window_(&window), outside_(&outside), band_(band), options_(options) {
     spacing_ = band_of(window).spacing_hz;
   }
 
@@ -64,6 +65,7 @@ class GroupFit {
 
   const TransferFunction* window_;
   const std::vector<Mode>* outside_;
+  Span band_;
   PoleFitOptions options_;
   double spacing_;
   PoleFit fit_;

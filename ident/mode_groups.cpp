@@ -14,7 +14,6 @@ constexpr double apart = 4.0;  // bandwidths: nearer modes are fitted as one gro
 constexpr double window_bandwidths = 15.0, least_lines = 15.0, most_lines = 1000.0;
 constexpr double least_gap = 5.0;         // line spacings between windows that are searched by themselves
 constexpr double core_bandwidths = 3.0;   // of a neighbour that must not be cut by a window's end
-constexpr double beyond = 1.3;            // times the band's end: farther out a pole is a trend, no neighbour
 constexpr double model_tolerance = 3e-4;  // of the largest magnitude in the window
 
 // Distance of a mode from the one below it, in their mean bandwidth.
@@ -34,6 +33,18 @@ void split(const std::vector<Mode>& modes, std::size_t first, std::size_t last,
   split(modes, first, cut, cuts);
   cuts.push_back(cut);
   split(modes, cut, last, cuts);
+}
+
+// Where the groups begin, and the end of the last. Poles outside the band have no lines of their own: they
+// stay with the modes next to them.
+std::vector<std::size_t> group_bounds(const std::vector<Mode>& modes, const Span& band) {
+  std::size_t first = 0, last = modes.size();
+  while (first < last && modes[first].natural_frequency_hz < band.lo_hz) ++first;
+  while (last > first && modes[last - 1].natural_frequency_hz > band.hi_hz) --last;
+  std::vector<std::size_t> bounds = {0};
+  split(modes, first, last, bounds);
+  bounds.push_back(modes.size());
+  return bounds;
 }
 
 // Window of modes [first, last): so many bandwidths either side, longer where it would end within a
@@ -58,7 +69,9 @@ Span window_of(const std::vector<Mode>& modes, std::size_t first, std::size_t la
   };
   for (const Mode& mode : modes)
     if (touched(mode)) stretch(mode, std::min(core_bandwidths, bandwidths));
-  return {std::max(band.lo_hz, window.lo_hz), std::min(band.hi_hz, window.hi_hz)};
+  const double least = least_lines * band.spacing_hz;
+  return {std::max(band.lo_hz, std::min(window.lo_hz, band.hi_hz - least)),
+          std::min(band.hi_hz, std::max(window.hi_hz, band.lo_hz + least))};
 }
 
 ModeGroup group_of(const std::vector<Mode>& modes, std::size_t first, std::size_t last, const LineBand& band,
@@ -70,8 +83,8 @@ ModeGroup group_of(const std::vector<Mode>& modes, std::size_t first, std::size_
   group.first = first;
   group.last = last;
   group.window = window_of(modes, first, last, band, bandwidths);
-  group.territory = {first == 0 ? band.lo_hz / beyond : middle(first),
-                     last == modes.size() ? band.hi_hz * beyond : middle(last)};
+  group.territory = {first == 0 ? band.lo_hz / beyond_band : middle(first),
+                     last == modes.size() ? band.hi_hz * beyond_band : middle(last)};
   for (std::size_t i = 0; i < modes.size(); ++i) {
     if (i >= first && i < last)
       group.target.push_back(pole_of(modes[i]));
@@ -103,9 +116,7 @@ LineBand band_of(const TransferFunction& tf) {
 }
 
 std::vector<ModeGroup> group_modes(const std::vector<Mode>& modes, const LineBand& band) {
-  std::vector<std::size_t> cuts = {0};
-  split(modes, 0, modes.size(), cuts);
-  cuts.push_back(modes.size());
+  const std::vector<std::size_t> cuts = group_bounds(modes, band);
   std::vector<ModeGroup> groups;
   double covered = band.lo_hz;
   const auto fill_to = [&](double to_hz) {

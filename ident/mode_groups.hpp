@@ -20,6 +20,9 @@ struct LineBand : Span {
 };
 LineBand band_of(const TransferFunction& tf);
 
+/// Times a band's end: farther out a pole is a trend, no neighbour.
+inline constexpr double beyond_band = 1.3;
+
 /// Modes that are fitted together, and where.
 struct ModeGroup {
   std::vector<Pole> target;

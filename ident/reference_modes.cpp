@@ -78,7 +78,7 @@ class Refiner {
       window.lines = lines_of(tf_, narrowed, fit_options_.damping);
       std::vector<Pole> poles = group.target;
       poles.insert(poles.end(), narrowed.company.begin(), narrowed.company.end());
-      const GroupFit room(window.lines, narrowed.outside, fit_options_);
+      const GroupFit room(window.lines, narrowed.outside, band_, fit_options_);
       if (!room.can_fit(poles.size() + 1)) return std::nullopt;
       window.free = fit_poles(window.lines, poles, fit_options_);
       if (lack(window.free) < lack_of_fit && window.free.line_correlation < structured) return window;
