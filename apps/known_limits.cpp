@@ -1,7 +1,9 @@
 #include "apps/limit_contact.hpp"
+#include "apps/limit_damping.hpp"
 #include "apps/limit_laws.hpp"
 #include "apps/limit_modes.hpp"
 #include "apps/limit_newmark.hpp"
+#include "apps/limit_stepping.hpp"
 #include "apps/limit_transfer.hpp"
 #include "apps/limits.hpp"
 
@@ -15,8 +17,10 @@ std::vector<KnownLimit> known_limits() {
           {"rayleigh", rayleigh_limits},
           {"extrapolation", extrapolation_limits},
           {"newmark", newmark_limits},
+          {"newmark_parameters", newmark_parameter_limits},
           {"newmark_contact", newmark_contact_limits},
-          {"modal_contact", modal_contact_limits}};
+          {"modal_contact", modal_contact_limits},
+          {"damping_in_time", damping_in_time_limits}};
 }
 
 }  // namespace struna::apps

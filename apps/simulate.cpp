@@ -189,7 +189,7 @@ Rows report_rows(const fem::SimulationReport& report) {
     add("modes that follow statically", fmt::format("above {:.4g} Hz", report.highest_mode_hz));
   if (report.causal_distance) {
     add("causal law off the harmonic response",
-        fmt::format("{:.2g} %, median over the band, without contact", 100.0 * *report.causal_distance));
+        fmt::format("{:.2g} %, rms over the band, without contact", 100.0 * *report.causal_distance));
   }
   if (report.steps.lasting_contacts > 0) {
     add("impacts that became lasting contacts",

@@ -30,6 +30,29 @@ Complex derivative_factor(const SceneMeasurement& measurement, double f_hz) {
   return laplace(f_hz) * laplace(f_hz);
 }
 
+/// Lines that follow every resonance in the band and what is between them, increasing [Hz].
+Eigen::VectorXd band_lines(const ModalBody& body, const FrequencyLaw& loss_factor, double lo_hz,
+                           double hi_hz) {
+  constexpr long spread = 200;  // over the band
+  constexpr int half = 10;      // on each side of a resonance, over 6 of its half-power bandwidths
+  if (!(hi_hz > lo_hz)) return Eigen::VectorXd::Constant(1, lo_hz);
+  std::vector<double> lines;
+  // In equal ratios: a motion of flat acceleration is largest at the band's lower end.
+  for (long k = 0; k < spread; ++k)
+    lines.push_back(lo_hz * std::pow(hi_hz / lo_hz, static_cast<double>(k) / (spread - 1)));
+  for (const double f : body.poles.natural_frequency_hz) {
+    if (!(f > lo_hz && f < hi_hz)) continue;
+    const double width = loss_factor.at(f) * f;
+    for (int k = -half; k <= half; ++k) {
+      const double line = f + 6.0 * width * std::pow(static_cast<double>(k) / half, 3);
+      if (line > lo_hz && line < hi_hz) lines.push_back(line);
+    }
+  }
+  std::sort(lines.begin(), lines.end());
+  lines.erase(std::unique(lines.begin(), lines.end()), lines.end());
+  return Eigen::Map<const Eigen::VectorXd>(lines.data(), static_cast<long>(lines.size()));
+}
+
 bool is_lossless(const FrequencyLaw& loss_factor) {
   return loss_factor.kind == FrequencyLaw::Kind::constant && loss_factor.at(1.0) == 0.0;
 }
@@ -70,14 +93,27 @@ double median_distance(const Eigen::MatrixXcd& a, const Eigen::MatrixXcd& b) {
   return *middle;
 }
 
+double rms_distance(const Eigen::MatrixXcd& a, const Eigen::MatrixXcd& b, const Eigen::VectorXd& drive,
+                    const Eigen::VectorXd& frequency_hz) {
+  const long lines = frequency_hz.size();
+  double off = 0.0, all = 0.0;
+  for (long i = 0; i < lines; ++i) {
+    // The trapezoidal rule's share of the line.
+    const double share =
+        lines == 1 ? 1.0 : frequency_hz[std::min(i + 1, lines - 1)] - frequency_hz[std::max(i - 1, 0L)];
+    off += share * drive[i] * drive[i] * (a.row(i) - b.row(i)).squaredNorm();
+    all += share * drive[i] * drive[i] * b.row(i).squaredNorm();
+  }
+  return all > 0.0 ? std::sqrt(off / all) : 0.0;
+}
+
 std::optional<double> causal_distance(const Scene& scene, const Model& measured, const ModalBody& body,
                                       const std::vector<OutputRow>& rows, double lo_hz, double hi_hz) {
   const Material& material = measured.body.material;
   if (material.damping != Damping::structural || is_lossless(material.loss_factor) ||
       !is_on_linear_path(scene, measured.body.name))
     return std::nullopt;
-  constexpr long lines = 200;
-  const Eigen::VectorXd frequency_hz = Eigen::VectorXd::LinSpaced(hi_hz > lo_hz ? lines : 1, lo_hz, hi_hz);
+  const Eigen::VectorXd frequency_hz = band_lines(body, material.loss_factor, lo_hz, hi_hz);
   const LinearPath path = linear_path(scene);
   Eigen::MatrixXcd harmonic =
       harmonic_response(measured, path.drive, path.measurement, frequency_hz, {Damping::structural, false})
@@ -85,7 +121,10 @@ std::optional<double> causal_distance(const Scene& scene, const Model& measured,
   for (long i = 0; i < frequency_hz.size(); ++i) {
     harmonic.row(i) *= derivative_factor(*scene.measurement, frequency_hz[i]);
   }
-  return median_distance(pole_response(body, rows, frequency_hz), harmonic);
+  const bool force = std::holds_alternative<BodyPoint>(scene.drive->at);
+  const Eigen::VectorXd drive = force ? Eigen::VectorXd(Eigen::VectorXd::Ones(frequency_hz.size()))
+                                      : Eigen::VectorXd(frequency_hz.array().square().inverse());
+  return rms_distance(pole_response(body, rows, frequency_hz), harmonic, drive, frequency_hz);
 }
 
 }  // namespace struna::fem

@@ -50,7 +50,7 @@ struct SimulationReport {
   double error_checked_until = 0.0;        ///< [s]
   std::optional<AccuracyChoice> accuracy;  ///< how modes and steps were chosen; nothing where nothing touched
   std::optional<double> causal_distance;   ///< modal, structural damping: of the law used in time from the
-                                           ///< harmonic response, median over the band; docs/pole_system.md
+                                           ///< harmonic response, rms over the band; docs/pole_system.md
   double start_penetration = 0.0;  ///< with contact: how deep the run starts, beyond any gap [m]; else 0
   int oversampling = 1;            ///< states sampled per record sample before the anti-alias filter
   StepReport steps;

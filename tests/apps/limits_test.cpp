@@ -8,10 +8,13 @@
 #include <cmath>
 #include <limits>
 
+#include "apps/limit_contact.hpp"
+#include "apps/limit_damping.hpp"
 #include "apps/limit_laws.hpp"
 #include "apps/limit_modes.hpp"
 #include "apps/limit_newmark.hpp"
 #include "apps/limit_page.hpp"
+#include "apps/limit_stepping.hpp"
 #include "apps/limit_svg.hpp"
 #include "apps/limit_transfer.hpp"
 
@@ -92,7 +95,9 @@ TEST(LimitMap, TableHasARowForEachTrialWithEmptyFieldsForWhatIsNoNumber) {
 TEST(LimitMap, PictureAndPageShowCountsAndTheSentence) {
   const std::string svg = limit_svg(small_map());
   EXPECT_THAT(svg, HasSubstr("A &amp; B"));
-  EXPECT_THAT(svg, HasSubstr("1 right; 1 right, flagged; 1 uncertain; 2 wrong, flagged; 1 wrong, no flag; 1 refused"));
+  EXPECT_THAT(
+      svg,
+      HasSubstr("1 right; 1 right, flagged; 1 uncertain; 2 wrong, flagged; 1 wrong, no flag; 1 refused"));
   EXPECT_THAT(svg, HasSubstr("it bends; noticed by a crack; then stops."));
   EXPECT_THAT(limit_page({small_map()}, "struna limits -o out"), HasSubstr("struna limits -o out"));
 }
@@ -208,6 +213,50 @@ TEST(Limits, NewmarkWarnsWhereItsStepDrifts) {
   EXPECT_EQ(fine.wrong, 0);
   const LimitCount rough = count_of(part_of(map, [](const LimitTrial& t) { return t.at[0] <= 4.0; }));
   EXPECT_EQ(rough.right, 0);
+}
+
+TEST(Limits, FixedStepsInContactAreCheckedOnBothSides) {
+  LimitRun run;
+  run.seeds = 1;
+  run.every = 10;  // the ends of each axis
+  const LimitMap newmark = newmark_contact_limits(run);
+  const LimitCount all = count_of(newmark);
+  EXPECT_EQ(all.wrong_flagged, all.wrong);
+  EXPECT_LE(all.right_flagged, 1);
+  const LimitCount fine = count_of(part_of(newmark, [](const LimitTrial& t) { return t.at[0] <= 10.0; }));
+  EXPECT_GT(fine.right, fine.wrong);
+  const LimitCount rough = count_of(part_of(newmark, [](const LimitTrial& t) { return t.at[0] >= 100.0; }));
+  EXPECT_GT(rough.wrong, 0);
+}
+
+TEST(Limits, NewmarkPairsThatGrowAreRefusedAndThoseThatDampAreToldOf) {
+  LimitRun run;
+  run.every = 2;
+  const LimitMap map = newmark_parameter_limits(run);
+  for (const LimitTrial& t : map.trials) {
+    const bool stable = t.at[1] >= 0.5 && t.at[0] >= 0.5 * t.at[1];
+    EXPECT_EQ(t.refused, !stable) << t.at[0] << " " << t.at[1];
+    // Eight steps a period: what the refusal keeps away is no result at all, mostly without bound.
+    if (t.refused && t.at[2] == 8.0) {
+      EXPECT_FALSE(t.error <= 0.05) << t.at[0] << " " << t.at[1];
+    }
+  }
+  const LimitCount all = count_of(map);
+  EXPECT_EQ(all.wrong_flagged, all.wrong);
+  EXPECT_GT(all.wrong, 5);
+  EXPECT_GT(all.right, 3);
+  EXPECT_LE(all.right_flagged, 1);
+}
+
+TEST(Limits, NonCausalDampingIsToldOfInTime) {
+  LimitRun run;
+  run.every = 3;
+  const LimitMap map = damping_in_time_limits(run);
+  const LimitCount all = count_of(map);
+  EXPECT_EQ(all.wrong_flagged, all.wrong);
+  EXPECT_LE(all.right_flagged, 1);
+  EXPECT_GT(all.wrong, 3);
+  EXPECT_GT(all.right, 3);
 }
 
 }  // namespace

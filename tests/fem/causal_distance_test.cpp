@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <complex>
+
 #include "filter_scene.hpp"
 
 namespace struna::fem {
@@ -27,10 +30,9 @@ TEST(CausalDistance, IsSmallForTheSampleMaterialAndSmallerForACausalOne) {
   scene.bodies[0].material = strand(0.02, 0.0314);
   const auto causal = report_of(scene).causal_distance;
   ASSERT_TRUE(measured && causal);
-  // 1 % is what a causal law is asked for; measured .23 %. Of a causal pair only the fit's ripple remains, a
-  // tenth of a per cent.
+  // 1 % is what a causal law is asked for. Of a causal pair only the fit's ripple remains.
   EXPECT_LT(*measured, 0.01);
-  EXPECT_LT(*causal, 1e-3);
+  EXPECT_LT(*causal, 2e-3);
   EXPECT_GT(*measured, *causal);
 }
 
@@ -40,7 +42,7 @@ TEST(CausalDistance, FarFromCausalIsTold) {
   scene.bodies[0].material = strand(0.0, 0.3);
   const auto report = report_of(scene);
   ASSERT_TRUE(report.causal_distance);
-  EXPECT_GT(*report.causal_distance, 0.02);
+  EXPECT_GT(*report.causal_distance, 0.05);
   bool told = false;
   for (const auto& warning : report.warnings) {
     told = told || warning.find("no causal material") != std::string::npos;
@@ -75,6 +77,20 @@ TEST(CausalDistance, MedianLeavesOutOutputsThatDoNotRespond) {
   a.col(1).setConstant(7.0);
   a(0, 0) = 3.0;  // one line off moves no median
   EXPECT_NEAR(median_distance(a, b), 0.01, 1e-12);
+}
+
+TEST(CausalDistance, RmsIsAnIntegralOverFrequency) {
+  // |a - b| = 0.1 f under a drive of 1/f, b = 1: off = 0.1, all = integral of f^-2, on lines of any spacing.
+  const auto distance = [](const Eigen::VectorXd& f) {
+    const Eigen::MatrixXcd b = Eigen::MatrixXcd::Ones(f.size(), 1);
+    const Eigen::MatrixXcd a = b + 0.1 * f.cast<std::complex<double>>();
+    return rms_distance(a, b, f.cwiseInverse(), f);
+  };
+  const double expected = 0.1 * std::sqrt(2.0);  // (2 - 1)/(1 - 1/2) from 1 to 2 Hz
+  const Eigen::VectorXd even = Eigen::VectorXd::LinSpaced(401, 1.0, 2.0);
+  EXPECT_NEAR(distance(even), expected, 1e-5);  // trapezoidal rule
+  EXPECT_NEAR(distance(Eigen::VectorXd((2.0 - even.array()).pow(3) + 1.0).reverse()), expected, 1e-4);
+  EXPECT_NEAR(distance(Eigen::VectorXd::Constant(1, 3.0)), 0.3, 1e-12);
 }
 
 }  // namespace
