@@ -67,6 +67,10 @@ ident::TransferFunction function_of(const std::vector<Share>& modes, double step
   return tf;
 }
 
+void add_word(ident::ModeFlag flag, std::string& words) {
+  words += (words.empty() ? "" : ";") + to_string(flag);
+}
+
 LimitMap mode_limits(const LimitRun& run, ModeMethod method, int usual_seeds, LimitMap map) {
   map.quantity = "natural frequency over the bandwidth or loss factor (relative): the worse of the two";
   map.axes = {run.axis("spacing [bandwidths]", {0.05, 0.1, 0.2, 0.3, 0.4, 0.7, 1, 1.5, 2, 3, 5, 8, 15}),
@@ -88,7 +92,10 @@ LimitMap mode_limits(const LimitRun& run, ModeMethod method, int usual_seeds, Li
         const Pole& pole = truth[static_cast<std::size_t>(r)].pole;
         const Mode* const mode = mode_near(set.modes, pole);
         trial.refused = mode == nullptr;
-        if (mode != nullptr) judge_mode(*mode, pole, trial);
+        if (mode != nullptr) {
+          judge_mode(*mode, pole, trial);
+          if (mode->has(ident::ModeFlag::may_be_two)) add_word(ident::ModeFlag::may_be_two, trial.flags);
+        }
         map.trials.push_back(std::move(trial));
       }
     }
@@ -116,13 +123,14 @@ void judge_mode(const Mode& mode, const Pole& truth, LimitTrial& trial) {
   const LimitTrial frequency{{}, 0, frequency_error, frequency_sigma, frequency_tolerance, false, ""};
   const LimitTrial damping{{}, 0, loss_error, loss_sigma, loss_factor_tolerance, false, ""};
   const bool by_frequency = outcome(frequency) != outcome(damping)
-                                ? outcome(frequency) == Outcome::wrong
+                                ? outcome(frequency) > outcome(damping)
                                 : frequency_error * loss_sigma > loss_error * frequency_sigma;
   const LimitTrial& worse = by_frequency ? frequency : damping;
   trial.error = worse.error;
   trial.sigma = worse.sigma;
   trial.tolerance = worse.tolerance;
-  for (const auto flag : mode.flags) trial.flags += (trial.flags.empty() ? "" : ";") + to_string(flag);
+  for (const auto flag : mode.flags)
+    if (flag != ident::ModeFlag::may_be_two) add_word(flag, trial.flags);
 }
 
 LimitMap circle_limits(const LimitRun& run) {
@@ -130,8 +138,8 @@ LimitMap circle_limits(const LimitRun& run) {
   map.name = "circle";
   map.title = "Circle fit: two modes side by side";
   map.fails = "a neighbour's tail bends the arc, and the loss factor is off by far more than noise tells";
-  map.sign = "the misfit of circle and angle law, and the distance of the next mode";
-  map.then = "flags the mode poor_circle, double_mode or close_modes, or refuses it";
+  map.sign = "rank and shape of what the circle leaves, and by the distance that noise would hide";
+  map.then = "flags the mode double_mode, close_modes, poor_circle or may_be_two, or refuses it";
   return mode_limits(run, ModeMethod::circle, 4, std::move(map));
 }
 
@@ -140,8 +148,8 @@ LimitMap multi_mode_limits(const LimitRun& run) {
   map.name = "modes";
   map.title = "Automatic multi-mode fit: two modes side by side";
   map.fails = "two modes within a fraction of a bandwidth become one pole, or two that noise places";
-  map.sign = "rank two of the lines around the pole, the distance of the poles, and the standard errors";
-  map.then = "flags the mode double_mode, close_modes or noisy";
+  map.sign = "rank and shape of what the pole leaves, and by the distance that noise would hide";
+  map.then = "flags the mode double_mode, may_be_two, close_modes or noisy";
   return mode_limits(run, ModeMethod::automatic, 6, std::move(map));
 }
 

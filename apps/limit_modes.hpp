@@ -10,7 +10,7 @@ namespace struna::apps {
 const ident::Mode* mode_near(const std::vector<ident::Mode>& found, const ident::Pole& truth);
 /// Error, standard error, tolerance and flags of a mode: of natural frequency (over the true bandwidth) or
 /// loss factor (relative) the one that is farther off in units of its standard error. Tolerances: 1 % of
-/// each.
+/// each. Without the flag may_be_two, which only speaks of a second mode.
 void judge_mode(const ident::Mode& mode, const ident::Pole& truth, LimitTrial& trial);
 
 /// Two modes side by side (200 Hz, loss factor 0.02, two outputs in which their shapes differ) among two

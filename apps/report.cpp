@@ -83,6 +83,7 @@ json mode_entry(const ident::Mode& mode, const ident::TransferFunction& circle_f
           {"constants", std::move(constants)},
           {"constantSigmas", numbers(mode.modal_constant_sigma, 4)},
           {"flags", std::move(flags)},
+          {"resolvesFrom", number(mode.resolves_from, 3)},
           {"circleFrequency", number(mode.circle_natural_frequency_hz, 9)},
           {"circleLossFactor", number(mode.circle_loss_factor)},
           {"circles", circles(mode)},

@@ -20,13 +20,14 @@
   const identified = data.identified;
   const fitted = identified.modulus.laws.length > 0;
   const pairs = new Map(identified.pairing.pairs.map((pair) => [pair.measured, pair]));
-  const trusted = (mode) => (fitted ? mode.usedForModulus || mode.usedForLossFactor : mode.flags.length === 0);
+  const trusted = (mode) => (fitted ? mode.usedForModulus || mode.usedForLossFactor : mode.flags.every((flag) => flag === 'may_be_two'));
   const modulusUnit = Math.max(...identified.pairing.pairs.map((pair) => pair.modulus), ...nan(identified.modulus.value), 0) >= 1e9 ? ['GPa', 1e9] : ['MPa', 1e6];
 
   const flagMeaning = {
     coarse: 'too few lines in the half-power band for an estimate free of leakage',
     close_modes: 'a neighbour within a half-power bandwidth: the circle is not this mode’s own',
     double_mode: 'one pole stands for what looks like two modes',
+    may_be_two: 'noise would hide a second mode of equal height as far away as the column “sees a second from” says, more than 0.2 half-power bandwidths',
     noisy: 'standard error above 5 % of the bandwidth in frequency, or above 10 % in the loss factor',
     edge: 'the half-power band reaches past the band analysed',
     poor_circle: 'scatter about the circle far above the standard deviation of the lines',
@@ -218,7 +219,8 @@
       ['flags', true]];
     if (fitted) columns.push(['model\nmode'], ['MAC\n[–]'], [`E\n[${modulusUnit[0]}]`], ['used for', true]);
     if (modelFrequency.length) columns.push(['identified model\n[Hz]'], ['off by\n[%]']);
-    columns.push(['circle’s own f\n[Hz]'], ['circle’s own η\n[–]'], ...outputs.map((name, k) => [`${name}\n|C| [${constantUnit(k)}]`]));
+    columns.push(['circle’s own f\n[Hz]'], ['circle’s own η\n[–]'], ...outputs.map((name, k) => [`${name}\n|C| [${constantUnit(k)}]`]),
+      ['sees a second from\n[bandwidths]']);
     const rows = modes.map((mode, i) => {
       const pair = pairs.get(i);
       const cells = [i + 1, uncertain(mode.frequency, mode.frequencySigma, 7), format(mode.lower, 6), format(mode.upper, 6),
@@ -232,7 +234,7 @@
         cells.push(format(model, 6), known(model) ? format((model / mode.frequency - 1) * 100, 2) : '–');
       }
       cells.push(format(mode.circleFrequency, 6), format(mode.circleLossFactor, 4),
-        ...outputs.map((_, k) => (mode.constants[k] ? format(Math.hypot(...nan(mode.constants[k])), 4) : '–')));
+        ...outputs.map((_, k) => (mode.constants[k] ? format(Math.hypot(...nan(mode.constants[k])), 4) : '–')), format(mode.resolvesFrom, 2));
       return { cells, className: trusted(mode) ? '' : 'untrusted' };
     });
     section('modes').append(table(columns, rows), el('p', { class: 'note' },

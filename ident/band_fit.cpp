@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "ident/group_fit.hpp"
 #include "ident/mode_flags.hpp"
@@ -67,6 +68,13 @@ struct GroupResult {
   double line_correlation = 1.0;
 };
 
+// What the lines tell of a pole beside its values.
+struct Noted {
+  Pole pole;
+  bool is_poor = false;  // the lines lie off its circle
+  SecondPole second;
+};
+
 class GroupRefiner {
  public:
   GroupRefiner(TransferFunction window, const ModeGroup& group, const Span& band,
@@ -92,14 +100,20 @@ class GroupRefiner {
     if (search) add();
     result_.lack = fit_.lack();
     result_.line_correlation = fit_.result().line_correlation;
-    note_poor_circles();
+    note_what_noise_tells();
     weigh_model_error();
     drop();
     if (search) drop_what_is_no_circle();
     for (long r = 0; r < count(); ++r) {
       Mode mode = to_mode(fit_.result(), r, options_.damping);
-      if (fit_.is_double(r) || fit_.lacks_a_pole(r)) add_flag(mode, ModeFlag::double_mode);
-      if (is_noted_poor(target_[static_cast<std::size_t>(r)])) add_flag(mode, ModeFlag::poor_circle);
+      const SecondPole second = fit_.second_pole(r);
+      const Noted noted = noted_of(target_[static_cast<std::size_t>(r)]).value_or(Noted{{}, false, second});
+      if (fit_.is_double(r) || second.noticed || noted.second.noticed)
+        add_flag(mode, ModeFlag::double_mode);
+      else if (noted.second.hinted)
+        add_flag(mode, ModeFlag::may_be_two);
+      if (noted.is_poor) add_flag(mode, ModeFlag::poor_circle);
+      mode.resolves_from = noted.second.resolves_from;
       result_.modes.push_back(std::move(mode));
     }
     return std::move(result_);
@@ -111,15 +125,23 @@ class GroupRefiner {
     fit_.fit(joined(target_, group_.company));
     take_over();
   }
-  // By the noise alone: once the model's own error is weighed in, every circle looks as it should.
-  void note_poor_circles() {
+  // By the noise alone: once the model's own error is weighed in, every circle looks as it should, and in an
+  // output where two modes nearly cancel nothing tells them from it.
+  void note_what_noise_tells() {
     for (long r = 0; r < count(); ++r)
-      if (fit_.is_poor(r)) poor_.push_back(target_[static_cast<std::size_t>(r)]);
+      noted_.push_back({target_[static_cast<std::size_t>(r)], fit_.is_poor(r), fit_.second_pole(r)});
   }
-  bool is_noted_poor(const Pole& pole) const {
-    return std::any_of(poor_.begin(), poor_.end(), [&](const Pole& other) {
-      return std::abs(pole.natural_frequency_hz - other.natural_frequency_hz) < 0.5 * bandwidth_hz(other);
-    });
+  std::optional<Noted> noted_of(const Pole& pole) const {
+    std::optional<Noted> nearest;
+    double least = 0.5;  // bandwidths
+    for (const Noted& noted : noted_) {
+      const double distance =
+          std::abs(pole.natural_frequency_hz - noted.pole.natural_frequency_hz) / bandwidth_hz(noted.pole);
+      if (distance >= least) continue;
+      nearest = noted;
+      least = distance;
+    }
+    return nearest;
   }
   // Last of all, as a mode that is still missing would spoil its neighbours' circles. Modes whose own circle
   // was sound stay.
@@ -221,7 +243,7 @@ class GroupRefiner {
   std::vector<Pole>& failed_;  // candidates that a trial has refused
   GroupFit fit_;
   std::vector<Pole> target_;
-  std::vector<Pole> poor_;  // whose circles the lines lie off
+  std::vector<Noted> noted_;
   GroupResult result_;
 };
 

@@ -13,6 +13,7 @@
 #include "ident/mode_flags.hpp"
 #include "ident/noise_floor.hpp"
 #include "ident/pole_fit.hpp"
+#include "ident/second_pole.hpp"
 
 namespace struna::ident {
 namespace {
@@ -136,18 +137,39 @@ bool is_poor(const std::vector<OutputCircle>& circles, long lines) {
          scatter > poor_circle_scatter;
 }
 
-// Whether two modes made the circle (looks_double): its lines without residual terms, over their sigma.
-bool is_double(const PoleFit& fit, const TransferFunction& window, fem::Damping damping) {
-  const long outputs = static_cast<long>(window.outputs.size());
-  Eigen::VectorXcd g(window.lines());
-  for (long i = 0; i < g.size(); ++i)
-    g(i) = pole_function(fit.poles.front(), 2.0 * std::numbers::pi * window.frequency_hz(i), damping);
-  Eigen::MatrixXcd alone(window.lines(), outputs);
-  for (long k = 0; k < outputs; ++k) {
-    const Eigen::VectorXd& sigma = window.outputs[static_cast<std::size_t>(k)].sigma;
-    alone.col(k) = (fit.constant(0, k) * g + fit.residual.col(k).cwiseProduct(sigma)) / sigma.mean();
-  }
-  return looks_double(alone, g);
+// The window's lines without residual terms, over their sigma, as looks_double asks for them.
+Eigen::MatrixXcd alone(const PoleFit& fit, const LinesOfPole& lines) {
+  Eigen::MatrixXcd values(lines.g.size(), lines.height.size());
+  for (long k = 0; k < values.cols(); ++k)
+    values.col(k) = (lines.height(k) * lines.g + fit.residual.col(k).cwiseProduct(lines.sigma.col(k))) /
+                    lines.sigma.col(k).mean();
+  return values;
+}
+
+// Whether two modes made the circle, by the rank of its lines or by the shape of what one leaves.
+void judge_second_pole(const PoleFit& fit, const TransferFunction& window, fem::Damping damping, Mode& mode) {
+  const Pole& pole = fit.poles.front();
+  const double scale = pole_scale(pole, damping);
+  LinesOfPole lines;
+  lines.g.resize(window.lines());
+  for (long i = 0; i < lines.g.size(); ++i)
+    lines.g(i) = scale * pole_function(pole, 2.0 * std::numbers::pi * window.frequency_hz(i), damping);
+  lines.height = fit.constant.row(0).transpose() / scale;
+  lines.sigma.resize(window.lines(), lines.height.size());
+  for (long k = 0; k < lines.height.size(); ++k)
+    lines.sigma.col(k) = window.outputs[static_cast<std::size_t>(k)].sigma;
+  lines.residual = fit.residual;
+  lines.line_correlation = fit.line_correlation;
+  const SecondPole beside_trend = second_pole(lines);
+  if (beside_trend.noticed || looks_double(alone(fit, lines), lines.g)) add_flag(mode, ModeFlag::double_mode);
+  // The circle knows of no trend: a neighbour's tail bends it as a second pole does.
+  lines.with_trend = false;
+  const SecondPole second = second_pole(lines);
+  mode.resolves_from = second.resolves_from;
+  if (second.noticed)
+    add_flag(mode, ModeFlag::close_modes);
+  else if (second.hinted)
+    add_flag(mode, ModeFlag::may_be_two);
 }
 
 }  // namespace
@@ -256,8 +278,8 @@ Mode fit_circle(const TransferFunction& circle_form_tf, double start_hz, double 
   mode.window_hi_hz = window.frequency_hz(window.lines() - 1);
   for (std::size_t k = 0; k < circles.size(); ++k)
     mode.circles.push_back(to_circle(fit, static_cast<long>(k), window, options.damping, circles[k].scatter));
-  if (is_poor(circles, window.lines())) mode.flags.push_back(ModeFlag::poor_circle);
-  if (is_double(fit, window, options.damping)) mode.flags.push_back(ModeFlag::double_mode);
+  if (is_poor(circles, window.lines())) add_flag(mode, ModeFlag::poor_circle);
+  judge_second_pole(fit, window, options.damping, mode);
   return mode;
 }
 

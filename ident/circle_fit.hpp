@@ -19,7 +19,8 @@ struct CircleFitOptions {
 /// yields standard errors. The residual is a constant per output (it moves the circle's centre);
 /// `linear_residual` adds a linear term. `start_hz` serves where the circles alone give no start. Without
 /// sigma the lines' own scatter gives the noise. Flags: not_converged, poor_circle (the geometric circle's),
-/// double_mode (see looks_double).
+/// double_mode (see looks_double, second_pole), close_modes where a neighbour's tail bends the arc more than
+/// noise does, may_be_two.
 /// Throws Error with fewer than 4 lines in the window.
 Mode fit_circle(const TransferFunction& circle_form_tf, double start_hz, double lo_hz, double hi_hz,
                 const CircleFitOptions& options = {});

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -19,15 +18,8 @@ constexpr double least_beside = 3.0;        // the same of a pole beside the win
 constexpr double most_outside = 3.0;        // bandwidths that it may be beside it
 constexpr double least_share = 0.03;        // of the function around
 constexpr double one_pole = 0.05;           // bandwidths: nearer poles count as one
-// Of the test for a second pole: lines, standard deviations and more above what noise gains (one in 1000),
-// and size over that of the mode's own share.
-constexpr long least_lines_of_shape = 8;
-constexpr double reach_of_shape = 4.0;  // bandwidths
-constexpr double least_deviation = 3.5, least_excess = 5.0;
-constexpr double most_correlation = 2.5;  // lines worth one, as windows and local models leave them
-// With one output only what is of second order in the distance shows.
-constexpr double least_part_of_one = 0.006, least_part_of_several = 0.0035;
-constexpr double parallel = 0.9;     // modal assurance
+constexpr double reach_of_shape = 8.0;      // bandwidths within which a second pole is looked for
+constexpr double parallel = 0.9;            // modal assurance
 constexpr double noise_alone = 1.5;  // chi-square per degree of freedom of a model that explains the lines
 
 }  // namespace
@@ -136,37 +128,17 @@ Eigen::VectorXcd GroupFit::function_of(long r, long first, long last) const {
   return g * pole_scale(pole(r), options_.damping);
 }
 
-bool GroupFit::lacks_a_pole(long r) const {
+SecondPole GroupFit::second_pole(long r) const {
   const auto [first, last] = lines_around(pole(r), reach_of_shape);
-  const long n = last - first;
-  if (n < least_lines_of_shape) return false;
-  const Eigen::VectorXcd g = function_of(r, first, last);
-  Eigen::MatrixXcd shapes(n, 5);
-  shapes << Eigen::VectorXcd::Ones(n), Eigen::VectorXcd::LinSpaced(n, -1.0, 1.0), g,
-      g.array().square().matrix(), g.array().cube().matrix();
-  double gain = 0.0, own = 0.0, rest = 0.0;
-  for (long k = 0; k < outputs(); ++k) {
-    const Eigen::VectorXd weight =
-        window_->outputs[static_cast<std::size_t>(k)].sigma.segment(first, n).cwiseInverse();
-    const Eigen::MatrixXcd weighted = weight.asDiagonal() * shapes;
-    const Eigen::VectorXcd residual = fit_.residual.col(k).segment(first, n);
-    const Eigen::MatrixXcd gram = weighted.adjoint() * weighted;
-    const Eigen::VectorXcd against = weighted.adjoint() * residual;
-    const Eigen::VectorXcd few = gram.topLeftCorner(3, 3).ldlt().solve(against.head(3));
-    const Eigen::VectorXcd all = gram.ldlt().solve(against);
-    const double gained = against.dot(all).real() - against.head(3).dot(few).real();
-    gain += gained;
-    rest += residual.squaredNorm() - against.dot(all).real();
-    own += std::norm(fit_.constant(r, k) / pole_scale(pole(r), options_.damping)) *
-           (weight.asDiagonal() * g).squaredNorm();
-  }
-  // What no second pole explains: its own trace in the residual must not pass for noise.
-  const double unexplained = rest / static_cast<double>(2 * outputs() * (n - shapes.cols()));
-  const double scale = std::max(1.0, unexplained) * std::min(fit_.line_correlation, most_correlation);
-  const double freedom = static_cast<double>(4 * outputs() - 2);
-  const double least_part = outputs() == 1 ? least_part_of_one : least_part_of_several;
-  return gain > scale * (freedom + least_deviation * std::sqrt(2.0 * freedom) + least_excess) &&
-         gain > least_part * least_part * own;
+  LinesOfPole lines;
+  lines.g = function_of(r, first, last);
+  lines.height = fit_.constant.row(r).transpose() / pole_scale(pole(r), options_.damping);
+  lines.sigma.resize(last - first, outputs());
+  for (long k = 0; k < outputs(); ++k)
+    lines.sigma.col(k) = window_->outputs[static_cast<std::size_t>(k)].sigma.segment(first, last - first);
+  lines.residual = fit_.residual.middleRows(first, last - first);
+  lines.line_correlation = fit_.line_correlation;
+  return ident::second_pole(lines);
 }
 
 bool GroupFit::is_double(long r) const {

@@ -7,6 +7,7 @@
 
 #include "ident/mode_groups.hpp"
 #include "ident/pole_fit.hpp"
+#include "ident/second_pole.hpp"
 
 namespace struna::ident {
 
@@ -49,12 +50,8 @@ class GroupFit {
   bool is_poor(long r) const;
   /// Whether two modes stand behind it (looks_double).
   bool is_double(long r) const;
-  /// Whether the residual around it has what two poles leave to one, noise apart: their shares differ from
-  /// one share C g, to second order in the distance, by D g^2 + E g^3 with D, E free in each output. The
-  /// residual's part in these (beside g and a trend), over its variance, is chi-square distributed with 4
-  /// outputs - 2 degrees of freedom when there is one pole only, as its own frequency and loss factor have
-  /// taken one complex number already.
-  bool lacks_a_pole(long r) const;
+  /// Whether a second pole would explain the residual around it, and from which distance on it would show.
+  SecondPole second_pole(long r) const;
 
  private:
   /// g of pole r, of height 1, on lines [first, last).

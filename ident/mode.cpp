@@ -11,10 +11,11 @@
 namespace struna::ident {
 namespace {
 
-constexpr std::array<std::pair<ModeFlag, const char*>, 7> flag_words = {
+constexpr std::array<std::pair<ModeFlag, const char*>, 8> flag_words = {
     {{ModeFlag::coarse, "coarse"},
      {ModeFlag::close_modes, "close_modes"},
      {ModeFlag::double_mode, "double_mode"},
+     {ModeFlag::may_be_two, "may_be_two"},
      {ModeFlag::noisy, "noisy"},
      {ModeFlag::edge, "edge"},
      {ModeFlag::poor_circle, "poor_circle"},

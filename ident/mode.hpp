@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@ enum class ModeFlag {
   double_mode,  ///< one pole stands for what looks like two (the outputs' lines around it have rank two)
   noisy,  ///< standard error of the frequency above 5 % of the bandwidth, or of the loss factor above 10 %
   edge,   ///< the half-power band reaches past the band analysed
+  may_be_two,   ///< noise would hide a second mode too far away to be passed over (resolves_from)
   poor_circle,  ///< scatter about the circle far above the lines' standard deviation
   not_converged
 };
@@ -50,6 +52,8 @@ struct Mode {
       modal_constant;  ///< C_k per output [unit of the circle form * (rad/s)^2, viscous: * rad/s]
   Eigen::VectorXd modal_constant_sigma;  ///< of the real and of the imaginary part
   std::vector<ModeFlag> flags;
+  /// Half-power bandwidths from which on a second mode of equal height would be noticed; NaN: not known.
+  double resolves_from = std::numeric_limits<double>::quiet_NaN();
 
   double circle_natural_frequency_hz = 0.0;  ///< the circle fit's own, NaN when it has none
   double circle_loss_factor = 0.0;

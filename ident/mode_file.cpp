@@ -98,6 +98,7 @@ Mode read_mode(const Row& row, const std::vector<std::string>& outputs) {
   mode.flags = read_flags(row);
   mode.circle_natural_frequency_hz = row.optional("circle_natural_frequency");
   mode.circle_loss_factor = row.optional("circle_loss_factor");
+  mode.resolves_from = row.optional("resolves_from");
   const auto count = static_cast<Eigen::Index>(outputs.size());
   mode.modal_constant.resize(count);
   mode.modal_constant_sigma.resize(count);
@@ -115,7 +116,7 @@ void require_units(const CsvReader& csv) {
     const bool frequency = column.name.starts_with("natural_frequency") ||
                            column.name.ends_with("half_power") || column.name == "circle_natural_frequency";
     const bool ratio = column.name.starts_with("loss_factor") || column.name == "damping_ratio" ||
-                       column.name == "circle_loss_factor";
+                       column.name == "circle_loss_factor" || column.name == "resolves_from";
     if (frequency && column.unit != "Hz")
       throw Error(csv.file(), 1,
                   fmt::format("the unit of {} is '{}': it must be Hz", column.name, column.unit));
@@ -169,7 +170,7 @@ void write_modes(const ModeSet& set, const std::string& file) {
   for (std::size_t k = 0; k < set.outputs.size(); ++k)
     fmt::format_to(out, ",{0}_constant_re [{1}],{0}_constant_im [{1}],{0}_constant_sigma [{1}]",
                    set.outputs[k], set.units[k] + per_time(set.damping));
-  fmt::format_to(out, "\n");
+  fmt::format_to(out, ",resolves_from [-]\n");
   for (std::size_t r = 0; r < set.modes.size(); ++r) {
     const Mode& mode = set.modes[r];
     fmt::format_to(out, "{},{},{},{},{},{},{},{},{},{},{}", r + 1, field(mode.natural_frequency_hz),
@@ -181,7 +182,7 @@ void write_modes(const ModeSet& set, const std::string& file) {
       fmt::format_to(out, ",{},{},{}", field(mode.modal_constant[k].real()),
                      field(mode.modal_constant[k].imag()),
                      field(mode.modal_constant_sigma.size() > k ? mode.modal_constant_sigma[k] : not_known));
-    fmt::format_to(out, "\n");
+    fmt::format_to(out, ",{}\n", field(mode.resolves_from));
   }
   write_atomically(file, std::string_view(text.data(), text.size()));
 }

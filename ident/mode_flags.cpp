@@ -63,6 +63,10 @@ bool looks_double(const Eigen::MatrixXcd& alone, const Eigen::VectorXcd& g) {
   return without - with > double_mode_shape * vector.squaredNorm();
 }
 
+bool may_be_two(const Mode& mode) {
+  return mode.resolves_from > unseen_pair && !mode.has(ModeFlag::double_mode);
+}
+
 void add_flag(Mode& mode, ModeFlag flag) {
   if (!mode.has(flag)) mode.flags.push_back(flag);
 }
@@ -73,6 +77,7 @@ void flag_modes(std::vector<Mode>& modes, double line_spacing_hz, double band_lo
     if (is_coarse(mode, line_spacing_hz)) add_flag(mode, ModeFlag::coarse);
     if (is_noisy(mode)) add_flag(mode, ModeFlag::noisy);
     if (reaches_edge(mode, band_lo_hz, band_hi_hz)) add_flag(mode, ModeFlag::edge);
+    if (may_be_two(mode)) add_flag(mode, ModeFlag::may_be_two);
     for (std::size_t s = 0; s < modes.size(); ++s)
       if (s != r && are_close(mode, modes[s])) add_flag(mode, ModeFlag::close_modes);
   }

@@ -11,6 +11,8 @@ inline constexpr double noisy_loss_factor = 0.10;  ///< relative standard error 
 inline constexpr double poor_circle_misfit =
     3.0;  ///< weighted rms distance from the geometric circle, and also
 inline constexpr double poor_circle_scatter = 0.02;  ///< rms distance over radius, in the best output
+inline constexpr double unseen_pair =
+    0.2;  ///< bandwidths; noise that hides equal modes farther apart: may_be_two
 inline constexpr double double_mode_noise =
     2.0;  ///< second singular value over the largest that noise makes, and also
 inline constexpr double double_mode_share = 0.012;  ///< over the first singular value, and also
@@ -34,10 +36,13 @@ bool are_close(const Mode& mode, const Mode& other);
 /// 1)), and have the shape of g^2: leakage and remains of neighbours have not.
 bool looks_double(const Eigen::MatrixXcd& alone, const Eigen::VectorXcd& g);
 
+/// Whether noise would hide a second mode more than unseen_pair away, and none has been noticed.
+bool may_be_two(const Mode& mode);
+
 /// Adds the flag unless the mode has it.
 void add_flag(Mode& mode, ModeFlag flag);
 
-/// coarse, noisy, edge and close_modes of a set in ascending order.
+/// coarse, noisy, edge, close_modes and may_be_two of a set in ascending order.
 void flag_modes(std::vector<Mode>& modes, double line_spacing_hz, double band_lo_hz, double band_hi_hz);
 
 }  // namespace struna::ident

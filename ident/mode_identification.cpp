@@ -336,6 +336,7 @@ void take_out_window_damping(double decay, fem::Damping damping, ModeSet& set) {
   std::erase_if(set.modes, [&](Mode& mode) {
     const Pole own = without_window({mode.natural_frequency_hz, mode.loss_factor}, decay, damping);
     const double added = mode.loss_factor - own.loss_factor;
+    const double wider = bandwidth_hz({mode.natural_frequency_hz, mode.loss_factor}) / bandwidth_hz(own);
     if (!(own.loss_factor > 0.0)) {
       set.rejected.push_back(
           {mode.natural_frequency_hz,
@@ -345,6 +346,7 @@ void take_out_window_damping(double decay, fem::Damping damping, ModeSet& set) {
     }
     mode.natural_frequency_hz = own.natural_frequency_hz;
     mode.loss_factor = own.loss_factor;
+    mode.resolves_from *= wider;
     const Pole circle =
         without_window({mode.circle_natural_frequency_hz, mode.circle_loss_factor}, decay, damping);
     mode.circle_natural_frequency_hz = circle.natural_frequency_hz;

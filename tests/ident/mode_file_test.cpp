@@ -34,7 +34,7 @@ TEST_F(ModeFile, RoundTripKeepsTenDigits) {
     ModeSet set = identify_modes(simulated::eight_mode_set(0.01, 1), options);
     ASSERT_GT(set.modes.size(), 2u);
     set.modes[1].flags = {ModeFlag::coarse, ModeFlag::close_modes};
-    set.modes[2].circle_loss_factor = std::nan("");
+    set.modes[2].circle_loss_factor = set.modes[2].resolves_from = std::nan("");
     write_modes(set, path);
     const ModeSet back = read_modes(path);
     EXPECT_EQ(back.damping, damping);
@@ -51,6 +51,8 @@ TEST_F(ModeFile, RoundTripKeepsTenDigits) {
       EXPECT_NEAR(b.loss_factor_sigma / a.loss_factor_sigma, 1.0, 1e-9);
       EXPECT_NEAR(b.damping_ratio / a.damping_ratio, 1.0, 1e-9);
       EXPECT_EQ(b.flags, a.flags);
+      EXPECT_EQ(std::isnan(b.resolves_from), r == 2);
+      if (r != 2) EXPECT_NEAR(b.resolves_from / a.resolves_from, 1.0, 1e-9);
       EXPECT_EQ(std::isnan(b.circle_loss_factor), std::isnan(a.circle_loss_factor));
       for (long k = 0; k < 3; ++k) {
         EXPECT_NEAR(std::abs(b.modal_constant(k) / a.modal_constant(k) - 1.0), 0.0, 1e-9);

@@ -37,6 +37,7 @@ Errors eight_mode_errors(double level, bool with_sigma, unsigned seeds) {
   for (const SimulatedMode& mode : truth) poles.push_back(mode.pole);
   const PoleFit bound = fit_poles(to_circle_form(eight_mode_set(level, 1), Damping::structural), poles, {});
   Eigen::ArrayX2d squares = Eigen::ArrayX2d::Zero(8, 2);
+  unsigned doubles = 0, warned = 0;
   for (unsigned seed = 1; seed <= seeds; ++seed) {
     TransferFunction tf = eight_mode_set(level, seed);
     if (!with_sigma)
@@ -52,10 +53,13 @@ Errors eight_mode_errors(double level, bool with_sigma, unsigned seeds) {
       squares(i, 1) +=
           std::pow(mode.loss_factor - poles[r].loss_factor, 2.0) / bound.covariance(2 * i + 1, 2 * i + 1);
       EXPECT_FALSE(mode.has(ModeFlag::close_modes));
-      EXPECT_FALSE(mode.has(ModeFlag::double_mode));
+      doubles += mode.has(ModeFlag::double_mode) ? 1 : 0;
+      warned += mode.has(ModeFlag::may_be_two) ? 1 : 0;
       EXPECT_FALSE(mode.has(ModeFlag::not_converged));
     }
   }
+  EXPECT_LE(doubles, 2u);                    // of up to 320: one in a thousand
+  EXPECT_LE(warned, 1u + seeds * 8u / 20u);  // hints of one chance in 50
   squares /= static_cast<double>(seeds);
   return {std::sqrt(squares.col(0).mean()), std::sqrt(squares.col(1).mean()), std::sqrt(squares.maxCoeff())};
 }

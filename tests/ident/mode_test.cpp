@@ -16,8 +16,9 @@ using simulated::function_of;
 using simulated::lines;
 
 TEST(Mode, FlagsAreWordsAndBack) {
-  for (const ModeFlag flag : {ModeFlag::coarse, ModeFlag::close_modes, ModeFlag::double_mode, ModeFlag::noisy,
-                              ModeFlag::edge, ModeFlag::poor_circle, ModeFlag::not_converged})
+  for (const ModeFlag flag :
+       {ModeFlag::coarse, ModeFlag::close_modes, ModeFlag::double_mode, ModeFlag::may_be_two, ModeFlag::noisy,
+        ModeFlag::edge, ModeFlag::poor_circle, ModeFlag::not_converged})
     EXPECT_EQ(mode_flag(to_string(flag)), flag);
   EXPECT_THROW(mode_flag("fine"), Error);
 }

@@ -40,18 +40,6 @@ inline TransferFunction function_of(const Doublet& doublet) {
   return function_of(modes_of(doublet), lines(80.0, 130.0, 0.1), FrfKind::receptance);
 }
 
-/// What one pole in place of two leaves in the sum of squares beside noise. The test for a second pole looks
-/// for 18 (one output) or 36 (three); noise moves that by twice its root.
-inline double evidence(const Doublet& doublet) {
-  TransferFunction tf = function_of(doublet);
-  for (auto& output : tf.outputs) output.sigma = Eigen::VectorXd::Constant(tf.lines(), doublet.noise);
-  return fit_poles(tf, {{100.0 * (1.0 + 0.01 * doublet.spacing), 0.02 * (1.0 + 0.3 * doublet.spacing)}}, {})
-      .chi_square;
-}
-inline bool can_be_told(const Doublet& doublet) {
-  return evidence(doublet) > (doublet.outputs == 1 ? 65.0 : 100.0);
-}
-
 /// Five standard errors: beyond that no honest error bar.
 inline bool within_bars(const Mode& mode, const Pole& truth) {
   return std::abs(mode.natural_frequency_hz - truth.natural_frequency_hz) <
