@@ -11,8 +11,10 @@ constexpr long least_lines = 8;
 constexpr double most_correlation = 2.5;  // lines worth one, as windows and local models leave them
 constexpr double one_in_2000 = 3.29, one_in_50 = 2.05;  // deviations of a normal variable
 // Smaller parts of the share are the model's own error.
-constexpr double least_part_of_one = 0.006, least_part_of_several = 0.0035, least_part_of_bent = 0.012;
+constexpr double least_part_of_one = 0.005, least_part_of_several = 0.0035, least_part_of_bent = 0.012;
 constexpr double normal_95 = 1.645;
+// |C1 - C2|/|C1 + C2| of heights 60 degrees apart: modal assurance 1/4.
+constexpr double half_angle = 0.57735;
 // What a test looks for: a part of the residual beside that of one pole.
 struct Test {
   double freedom = 0.0;
@@ -25,8 +27,8 @@ struct Test {
   }
   double resolves_from(double scale, double least_gain) const {
     if (!(freedom > 0.0)) return std::numeric_limits<double>::infinity();
-    const double asked = std::max(
-        scale * noticed_noncentrality(chi_square_quantile(freedom, one_in_2000), freedom), least_gain);
+    const double threshold = std::max(chi_square_quantile(freedom, one_in_2000), least_gain / scale);
+    const double asked = scale * noticed_noncentrality(threshold, freedom);
     // Root of second x^2 + first x = asked in the form that neither loses digits nor divides by nothing.
     return std::sqrt(2.0 * asked / (first + std::sqrt(first * first + 4.0 * second * asked)));
   }
@@ -102,7 +104,7 @@ SecondPole second_pole(const LinesOfPole& lines) {
   // The difference's share in each output, without its part along the pole's own.
   const double mean = lines.height.squaredNorm() / static_cast<double>(outputs);
   of_both.first = of_square.first = in_phase.first =
-      mean * std::max(0.0, along > 0.0 ? seen - across / along : 0.0);
+      half_angle * half_angle * mean * std::max(0.0, along > 0.0 ? seen - across / along : 0.0);
   of_both.freedom = static_cast<double>(4 * outputs - 2);
   of_square.freedom = static_cast<double>(2 * outputs - 2);
   in_phase.freedom = static_cast<double>(outputs - 1);

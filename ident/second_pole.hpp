@@ -33,11 +33,11 @@ struct SecondPole {
 ///   g^2, heights in phase and equal damping      K - 1
 /// The variance: that of noise, or what the shapes leave where that is more, times the lines worth one.
 /// Noticed: one of them beyond one chance in 500, and 0.35 % of the share (with one output, where only the
-/// second order shows, 0.6 %; without a trend beside it 1.2 %, as tails of neighbours count then).
+/// second order shows, 0.5 %; without a trend beside it 1.2 %, as tails of neighbours count then).
 ///
-/// Power: noncentral chi-square, whose root is about normal, for a pair whose heights over the outputs are at
-/// right angles (as those of nearly double modes are), their difference turned evenly over the outputs, less
-/// what the pole's own frequency and loss factor take up.
+/// Power: noncentral chi-square, whose root is about normal, for a pair whose heights over the outputs
+/// agree by a quarter (modal assurance; 60 degrees apart), their difference turned evenly over the outputs,
+/// less what the pole's own frequency and loss factor take up.
 SecondPole second_pole(const LinesOfPole& lines);
 
 /// Exceeded with the probability that a normal variable exceeds `deviation` (Wilson & Hilferty, Proc. Natl.
