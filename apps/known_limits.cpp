@@ -3,6 +3,7 @@
 #include "apps/limit_laws.hpp"
 #include "apps/limit_modes.hpp"
 #include "apps/limit_newmark.hpp"
+#include "apps/limit_penalty.hpp"
 #include "apps/limit_stepping.hpp"
 #include "apps/limit_transfer.hpp"
 #include "apps/limits.hpp"
@@ -20,7 +21,10 @@ std::vector<KnownLimit> known_limits() {
           {"newmark_parameters", newmark_parameter_limits},
           {"newmark_contact", newmark_contact_limits},
           {"modal_contact", modal_contact_limits},
-          {"damping_in_time", damping_in_time_limits}};
+          {"contact_tolerance", contact_tolerance_limits},
+          {"truncation", truncation_limits},
+          {"damping_in_time", damping_in_time_limits},
+          {"penalty", penalty_limits}};
 }
 
 }  // namespace struna::apps

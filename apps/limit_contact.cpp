@@ -1,6 +1,7 @@
 #include "apps/limit_contact.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <random>
 
 #include "apps/tradeoff_simulation.hpp"
@@ -35,7 +36,7 @@ fem::Scene rattling_scene(double stiffness, double damping, unsigned seed) {
   return scene;
 }
 
-/// Distances |h| of the possible contact points (samples x points), whether the program warned of the step,
+/// Distances |h| of the possible contact points (samples x points), whether the program warned of steps,
 /// and for how many samples it claims to know.
 struct Run {
   Eigen::MatrixXd path;
@@ -55,7 +56,8 @@ Run run_of(const fem::Scene& scene, const fem::MotionHistory& motion) {
     run.path.row(i) = map.penetration.row(i * stride).array() + map.gap;
   const auto& warnings = response.report.warnings;
   run.warned = std::any_of(warnings.begin(), warnings.end(), [](const std::string& warning) {
-    return warning.find("too long for the contacts") != std::string::npos;
+    return warning.find("too long for the contacts") != std::string::npos ||
+           warning.find("is not met") != std::string::npos;
   });
   run.checked = static_cast<long>(response.report.error_checked_until / response.sample_interval);
   return run;
@@ -68,15 +70,25 @@ Run run_to_tolerance(fem::Scene scene, const fem::MotionHistory& motion, double 
   return run_of(scene, motion);
 }
 
-/// The reference, up to where it is known.
-Eigen::MatrixXd reference_path(const fem::Scene& scene, const fem::MotionHistory& motion) {
-  const Eigen::MatrixXd fine = run_to_tolerance(scene, motion, 1e-5).path;
-  const Eigen::MatrixXd check = run_to_tolerance(scene, motion, 1e-4).path;
+/// The path at a tolerance, up to where one at ten times the tolerance keeps within `limit` of the largest
+/// displacement.
+Eigen::MatrixXd reference_path(const fem::Scene& scene, const fem::MotionHistory& motion, double tolerance,
+                               double limit) {
+  const Eigen::MatrixXd fine = run_to_tolerance(scene, motion, tolerance).path;
+  const Eigen::MatrixXd check = run_to_tolerance(scene, motion, 10.0 * tolerance).path;
   if (fine.rows() != check.rows()) return {};
-  const double limit = parted * fine.cwiseAbs().maxCoeff();
+  const double far = limit * fine.cwiseAbs().maxCoeff();
   long known = 0;
-  while (known < fine.rows() && (fine.row(known) - check.row(known)).cwiseAbs().maxCoeff() <= limit) ++known;
+  while (known < fine.rows() && (fine.row(known) - check.row(known)).cwiseAbs().maxCoeff() <= far) ++known;
   return fine.topRows(known);
+}
+
+/// Largest error over the largest distance as far as both are known; nothing where that is nowhere.
+std::optional<double> error_of(const Run& run, const Eigen::MatrixXd& reference) {
+  const long n = std::min(run.checked, static_cast<long>(reference.rows()));
+  if (n < 2) return std::nullopt;
+  return (run.path.topRows(n) - reference.topRows(n)).cwiseAbs().maxCoeff() /
+         reference.topRows(n).cwiseAbs().maxCoeff();
 }
 
 LimitMap contact_limits(const LimitRun& run, fem::IntegrationMethod method, const std::vector<double>& steps,
@@ -91,8 +103,7 @@ LimitMap contact_limits(const LimitRun& run, fem::IntegrationMethod method, cons
     for (const unsigned seed : run.draws(2)) {
       fem::Scene scene = rattling_scene(contact[0], contact[1], seed);
       const fem::MotionHistory motion = fem::scene_motion(scene);
-      const Eigen::MatrixXd reference = reference_path(scene, motion);
-      if (reference.rows() < 2) continue;
+      const Eigen::MatrixXd reference = reference_path(scene, motion, 1e-5, parted);
       scene.simulation->method = method;
       for (const double step : map.axes[0].values) {
         scene.simulation->step = 1e-6 * step;
@@ -103,10 +114,9 @@ LimitMap contact_limits(const LimitRun& run, fem::IntegrationMethod method, cons
         trial.tolerance = displacement_tolerance;
         try {
           const Run stepped = run_of(scene, motion);
-          const long n = std::min(stepped.checked, static_cast<long>(reference.rows()));
-          if (n < 2) continue;
-          trial.error = (stepped.path.topRows(n) - reference.topRows(n)).cwiseAbs().maxCoeff() /
-                        reference.topRows(n).cwiseAbs().maxCoeff();
+          const auto error = error_of(stepped, reference);
+          if (!error) continue;
+          trial.error = *error;
           if (stepped.warned) trial.flags = "step";
         } catch (const Error&) {
           trial.refused = true;
@@ -134,6 +144,38 @@ LimitMap modal_contact_limits(const LimitRun& run) {
   map.title = "Modal stepping at a fixed step in contact";
   return contact_limits(run, fem::IntegrationMethod::modal, {2, 5, 10, 25}, {1e4, 1e5, 1e6, 1e7},
                         std::move(map));
+}
+
+LimitMap contact_tolerance_limits(const LimitRun& run) {
+  LimitMap map;
+  map.name = "contact_tolerance";
+  map.title = "Modal stepping in contact to a tolerance";
+  map.quantity = "displacement of the contact points (largest error over largest displacement)";
+  map.fails = "steps too long or modes too few let the trajectory part from the true one";
+  map.sign = "trials against every mode and a tenth of the tolerance, up to 20 ms beyond the first touch";
+  map.then = "takes shorter steps and more modes, and warns where the tolerance is not met";
+  map.axes = {run.axis("tolerance", {1e-3, 3e-3, 1e-2, 3e-2, 0.1}),
+              run.axis("stiffness [N/m]", {1e4, 1e5, 1e6, 1e7}), run.axis("dashpot [N s/m]", {1, 100})};
+  for_each_place({map.axes[1], map.axes[2]}, [&](const std::vector<double>& contact) {
+    for (const unsigned seed : run.draws(2)) {
+      const fem::Scene scene = rattling_scene(contact[0], contact[1], seed);
+      const fem::MotionHistory motion = fem::scene_motion(scene);
+      const Eigen::MatrixXd reference = reference_path(scene, motion, 1e-6, 1e-4);
+      for (const double tolerance : map.axes[0].values) {
+        const Run stepped = run_to_tolerance(scene, motion, tolerance);
+        const auto error = error_of(stepped, reference);
+        if (!error) continue;
+        LimitTrial trial;
+        trial.at = {tolerance, contact[0], contact[1]};
+        trial.seed = seed;
+        trial.error = *error;
+        trial.tolerance = tolerance;
+        if (stepped.warned) trial.flags = "tolerance";
+        map.trials.push_back(std::move(trial));
+      }
+    }
+  });
+  return map;
 }
 
 }  // namespace struna::apps

@@ -13,4 +13,8 @@ namespace struna::apps {
 LimitMap newmark_contact_limits(const LimitRun& run);
 LimitMap modal_contact_limits(const LimitRun& run);
 
+/// The same wire by the modal method to a tolerance, against one of 1e-6 as far as that and 1e-5 stay
+/// together. Flagged: the warning that the tolerance is not met.
+LimitMap contact_tolerance_limits(const LimitRun& run);
+
 }  // namespace struna::apps

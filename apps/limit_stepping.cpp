@@ -3,6 +3,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "fem/accuracy_choice.hpp"
 #include "fem/body_dynamics.hpp"
 #include "fem/error.hpp"
 #include "fem/motion.hpp"
@@ -25,6 +26,7 @@ const fem::Rayleigh rayleigh{0.0, 0.02 / (2.0 * std::numbers::pi * highest_hz)};
 struct ShakenModes {
   fem::ModalBody exact;
   fem::NodalBody nodal;
+  Eigen::VectorXd middle;  ///< displacement of the wire's middle per unit q
 
   ShakenModes() {
     fem::Body wire{
@@ -37,6 +39,7 @@ struct ShakenModes {
     exact.poles = fem::pole_system(model, modes, fem::Damping::viscous, highest_hz);
     exact.load = Eigen::MatrixX3d::Zero(modes.eigenvalue.size(), 3);
     exact.load.col(2) = -modes.shape.transpose() * fem::gravity_load(model, Eigen::Vector3d::UnitY());
+    middle = modes.shape.transpose() * fem::point_functional(model, 0.5, Eigen::Vector3d::UnitY());
     nodal.mass.lower = Eigen::MatrixXd::Ones(1, modes.eigenvalue.size());
     nodal.stiffness.lower = 120e9 * modes.eigenvalue.transpose();
     nodal.rayleigh = rayleigh;
@@ -132,6 +135,25 @@ LimitTrial trial_of(const ShakenModes& wire, const fem::MotionHistory& motion, c
   return trial;
 }
 
+/// Displacement of the middle and force of the supports, 20 times a period at the band's upper edge, with
+/// modes above `highest_mode_hz` left to statics; 0: every mode is stepped.
+Eigen::ArrayX2d cut_paths(const ShakenModes& wire, const fem::MotionHistory& motion, double highest_mode_hz) {
+  fem::ModalSteppingOptions options;
+  options.tolerance = 1e-6;
+  options.longest_step = 1.0 / (40.0 * highest_hz);
+  options.highest_mode_hz = highest_mode_hz;
+  fem::ModalStepper stepper(
+      {wire.exact}, {}, [&](double t) { return motion.at(t); }, options);
+  Eigen::ArrayX2d y(std::lround(20.0 * highest_hz * duration), 2);
+  for (long i = 0; i < y.rows(); ++i) {
+    const double t = duration * static_cast<double>(i + 1) / static_cast<double>(y.rows());
+    stepper.advance(t);
+    y(i, 0) = wire.middle.dot(stepper.displacement(0));
+    y(i, 1) = force_of(wire, stepper, motion, t);
+  }
+  return y;
+}
+
 }  // namespace
 
 LimitMap newmark_parameter_limits(const LimitRun& run) {
@@ -162,6 +184,39 @@ LimitMap newmark_parameter_limits(const LimitRun& run) {
       trial.seed = seed;
       map.trials.push_back(std::move(trial));
     });
+  }
+  return map;
+}
+
+LimitMap truncation_limits(const LimitRun& run) {
+  LimitMap map;
+  map.name = "truncation";
+  map.title = "Modes left to statics: 0 displacement, 1 force";
+  map.quantity =
+      "displacement of the wire's middle or force of its supports (largest error over largest value)";
+  map.fails = "a mode that only follows statically lacks (f/f_r)^2 of its answer";
+  map.sign = "that share at the band's upper edge, against the tolerance";
+  map.then = "does not leave such a mode to statics, and steps it";
+  map.axes = {run.axis("cut over the band's end", {0.3, 0.7, 1, 1.5, 2, 3.5, 5, 10.5, 20, 35, 105}),
+              run.axis("tolerance", {1e-4, 1e-3, 1e-2, 0.1}), run.axis("quantity", {0, 1})};
+  const ShakenModes wire;
+  for (const unsigned seed : run.draws(3)) {
+    const fem::MotionHistory motion = shaking(seed);
+    const Eigen::ArrayX2d reference = cut_paths(wire, motion, 0.0);
+    for (const double cut : map.axes[0].values) {
+      const Eigen::ArrayX2d y = cut_paths(wire, motion, cut * highest_hz);
+      for_each_place({map.axes[1], map.axes[2]}, [&](const std::vector<double>& at) {
+        const auto quantity = static_cast<long>(at[1]);
+        LimitTrial trial;
+        trial.at = {cut, at[0], at[1]};
+        trial.seed = seed;
+        trial.tolerance = at[0];
+        trial.error = (y.col(quantity) - reference.col(quantity)).abs().maxCoeff() /
+                      reference.col(quantity).abs().maxCoeff();
+        trial.refused = cut * highest_hz < fem::static_mode_limit(highest_hz, at[0]);
+        map.trials.push_back(std::move(trial));
+      });
+    }
   }
   return map;
 }

@@ -10,4 +10,10 @@ namespace struna::apps {
 /// fem::newmark_error() above 5 %.
 LimitMap newmark_parameter_limits(const LimitRun& run);
 
+/// The same wire in its modes, those above a frequency left to statics, over the tolerance asked: the
+/// middle's displacement (0) and the supports' force (1), largest error over largest value, against every
+/// mode stepped. Refused: below static_mode_limit(), where `simulate` steps the modes; the error is what
+/// leaving them out would have made.
+LimitMap truncation_limits(const LimitRun& run);
+
 }  // namespace struna::apps

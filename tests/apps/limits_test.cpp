@@ -14,6 +14,7 @@
 #include "apps/limit_modes.hpp"
 #include "apps/limit_newmark.hpp"
 #include "apps/limit_page.hpp"
+#include "apps/limit_penalty.hpp"
 #include "apps/limit_stepping.hpp"
 #include "apps/limit_svg.hpp"
 #include "apps/limit_transfer.hpp"
@@ -252,6 +253,29 @@ TEST(Limits, NonCausalDampingIsToldOfInTime) {
   EXPECT_LE(all.right_flagged, 1);
   EXPECT_GT(all.wrong, 3);
   EXPECT_GT(all.right, 3);
+}
+
+TEST(Limits, ModesLeftToStaticsKeepTheTolerance) {
+  LimitRun run;
+  run.seeds = 1;
+  const LimitMap map = truncation_limits(run);
+  const LimitCount all = count_of(map);
+  EXPECT_EQ(all.wrong, 0);
+  EXPECT_GT(all.right, 10);
+  long prevented = 0;  // what the rule keeps away
+  for (const LimitTrial& t : map.trials) prevented += t.refused && t.error > t.tolerance;
+  EXPECT_GT(prevented, 10);
+}
+
+TEST(Limits, SpringsTooSoftForAWallAreToldOf) {
+  LimitRun run;
+  run.every = 10;  // the ends of each axis
+  const LimitMap map = penalty_limits(run);
+  const LimitCount soft = count_of(part_of(map, [](const LimitTrial& t) { return t.at[0] <= 1e-4; }));
+  EXPECT_EQ(soft.wrong_flagged, 4);
+  const LimitCount stiff = count_of(part_of(map, [](const LimitTrial& t) { return t.at[0] >= 50.0; }));
+  EXPECT_EQ(stiff.right, 4);
+  EXPECT_EQ(stiff.right_flagged, 0);
 }
 
 }  // namespace

@@ -122,6 +122,42 @@ TEST(Newmark, HasNoStepLimitFromTheContactDashpot) {
   EXPECT_GT(stepper.report().contact_steps, 100);
 }
 
+TEST(Newmark, ContactForceOfTheSameStepKeepsTheAmplitudeThatALaggedOneMultiplies) {
+  // A mass pressed against a spring by a constant load swings about its rest, closed throughout. The force of
+  // the step before acts one step late, which is a negative damping ratio of angle/2, angle = sqrt(k/m) h:
+  // the amplitude grows by exp(pi angle) in a period, at any step.
+  constexpr double mass = 1e-3, stiffness = 1e5, load = 10.0, start = 5e-5;  // rest at 1e-4 m
+  const double omega = std::sqrt(stiffness / mass), rest = load / stiffness;
+  for (const double angle : {0.05, 0.1, 0.2}) {
+    const double h = angle / omega;
+    const auto periods_10 = static_cast<int>(std::lround(10.0 * 2.0 * std::numbers::pi / angle));
+    NodalBody body = oscillator(mass, 1e-9);  // free but for the contact
+    body.constant_load = scalar(load);
+    NewmarkOptions options;
+    options.step = h;
+    options.contact_substeps = 1;
+    NewmarkStepper stepper({body}, {wall({ContactLaw::no_adhesion, stiffness, 0.0}, 0.0)}, still, options);
+    stepper.set_state(0, scalar(rest + start), scalar(0.0));
+    double x = rest + start, v = 0.0, a = (load - stiffness * x) / mass;
+    double kept = 0.0, lagged = 0.0;
+    for (int i = 0; i < periods_10; ++i) {
+      stepper.advance((i + 1) * h);
+      const double next = (load - stiffness * x) / mass;  // of the step before
+      const double x1 = x + h * v + 0.25 * h * h * (a + next);
+      v += 0.5 * h * (a + next);
+      x = x1;
+      a = next;
+      if (i + 40 < periods_10) continue;
+      kept = std::max(kept, std::hypot(stepper.displacement(0)[0] - rest, stepper.velocity(0)[0] / omega));
+      lagged = std::max(lagged, std::hypot(x - rest, v / omega));
+    }
+    EXPECT_NEAR(kept / start, 1.0, 1e-3) << angle;  // average acceleration loses nothing; the ellipse's shape
+    const double expected = std::exp(10.0 * std::numbers::pi * angle);
+    EXPECT_NEAR(std::log(lagged / start), std::log(expected), 0.1 * std::log(expected))
+        << angle;  // next order
+  }
+}
+
 TEST(Newmark, AgreesWithModalSteppingWithoutContact) {
   // Both supports clamped in the shaken base; the absolute formulation against the relative modal one.
   const Model model = assemble(testing::wb1_wire(), 12);
