@@ -341,9 +341,10 @@ void warn_of_result(const RunContext& run) {
     const long bins = map.penetration.rows() - skipped;
     const double deepest =
         bins > 0 && map.penetration.cols() > 0 ? map.penetration.bottomRows(bins).maxCoeff() : 0.0;
-    if (deepest > map.gap) {
+    constexpr double soft = 0.5;  // of the gap: displacements are then a quarter off those at a rigid wall
+    if (deepest > soft * map.gap) {
       run.warn(
-          fmt::format("'{}' presses {:.3g} m into '{}', more than the gap of {:g} m: the contact "
+          fmt::format("'{}' presses {:.3g} m into '{}', more than half the gap of {:g} m: the contact "
                       "stiffness is too low to stand for a wall",
                       map.inside, deepest, map.outside, map.gap));
     }
@@ -401,7 +402,10 @@ TimeResponse simulate(const Scene& scene, const MotionHistory& motion, const Sim
   RunEnd end = run_method(run, false);
   response.report.linear = end != RunEnd::gap_closed;
   // Interrupted before the first step, the linear part up to the first touch stays.
-  if (end == RunEnd::gap_closed) end = run_method(run, true);
+  if (end == RunEnd::gap_closed) {
+    for (const std::string& warning : plan.soft_contacts) warn(warning);
+    end = run_method(run, true);
+  }
   response.report.complete = end == RunEnd::complete;
   for (std::size_t b = 0; b < plan.bodies.size(); ++b) {
     response.report.bodies[b].name = plan.bodies[b].model.body.name;
