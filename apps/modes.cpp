@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 #include <filesystem>
@@ -6,10 +7,14 @@
 
 #include "apps/commands.hpp"
 #include "apps/console.hpp"
+#include "apps/provenance.hpp"
 #include "apps/repeated_records.hpp"
+#include "apps/report.hpp"
+#include "ident/atomic_file.hpp"
 #include "ident/mode_file.hpp"
 #include "ident/mode_identification.hpp"
 #include "ident/references.hpp"
+#include "ident/stabilisation_file.hpp"
 #include "ident/transfer_function_file.hpp"
 
 namespace struna::apps {
@@ -19,6 +24,8 @@ struct ModesArguments {
   std::vector<std::string> from;
   std::vector<std::string> references;
   std::string to;
+  std::string stabilisation;
+  std::string report;
   std::string method = "auto";
   std::string damping = "structural";
   std::string band;
@@ -32,7 +39,7 @@ std::string number(double value, const char* pattern) {
 
 Table modes_table(const ident::ModeSet& set) {
   Table table{{"mode", "f [Hz]", "+-", "half-power band [Hz]", "loss factor", "+-", "damping ratio",
-               "circle f [Hz]", "circle loss factor", "flags"},
+               "circle f [Hz]", "circle loss factor", "orders", "flags"},
               {}};
   for (std::size_t r = 0; r < set.modes.size(); ++r) {
     const ident::Mode& mode = set.modes[r];
@@ -42,7 +49,9 @@ Table modes_table(const ident::ModeSet& set) {
                           number(mode.loss_factor, "{:.6f}"), number(mode.loss_factor_sigma, "{:.6f}"),
                           number(mode.damping_ratio, "{:.6f}"),
                           number(mode.circle_natural_frequency_hz, "{:.4f}"),
-                          number(mode.circle_loss_factor, "{:.6f}"), ident::flag_words(mode.flags)});
+                          number(mode.circle_loss_factor, "{:.6f}"),
+                          mode.orders > 0 ? fmt::format("{}/{}", mode.stable_orders, mode.orders) : "-",
+                          ident::flag_words(mode.flags)});
   }
   return table;
 }
@@ -104,16 +113,55 @@ ident::TransferFunction read_references(const ModesArguments& arguments, std::ve
   return ident::combine_references(references);
 }
 
+/// Transfer functions, modes, circles and the stabilisation chart on one page.
+std::string modes_report(const ModesArguments& arguments, const ident::TransferFunction& tf,
+                         const ident::ModeSet& set, const std::vector<std::string>& warnings) {
+  ReportContent content;
+  content.title = "Modes of " + std::filesystem::path(arguments.from.front()).filename().string();
+  content.command = fmt::format("struna modes {} -o {} --method {} --damping {}{}",
+                                fmt::join(arguments.from, " "), arguments.to, arguments.method,
+                                arguments.damping, arguments.band.empty() ? "" : " --band " + arguments.band);
+  if (!arguments.frequencies.empty())
+    content.command += fmt::format(" --frequencies {}", fmt::join(arguments.frequencies, ","));
+  if (!arguments.extra.empty()) content.command += fmt::format(" --add {}", fmt::join(arguments.extra, ","));
+  if (!arguments.references.empty())
+    content.command += fmt::format(" --references {}", fmt::join(arguments.references, ","));
+  content.warnings = warnings;
+  content.settings = {{"mode method", arguments.method}, {"damping", arguments.damping}};
+  content.measured = tf;
+  content.modes = set;
+  const auto& lines = tf.frequency_hz;
+  const Band band =
+      arguments.band.empty() ? Band{lines.minCoeff(), lines.maxCoeff()} : parse_band(arguments.band);
+  content.identified.provenance = provenance(arguments.from, band.lo_hz, band.hi_hz);
+  return render_report(content);
+}
+
+/// Told before the files are read.
+void check_stabilisation(const ModesArguments& arguments, ident::ModeMethod method) {
+  if (arguments.stabilisation.empty()) return;
+  if (method != ident::ModeMethod::automatic && method != ident::ModeMethod::multi)
+    throw UsageError("--stabilisation: only with --method auto or multi, got " + arguments.method);
+}
+
 void run_modes(const ModesArguments& arguments) {
   const ident::ModeOptions options = options_of(arguments);
+  check_stabilisation(arguments, options.method);
   std::vector<std::string> warnings;
   const ident::TransferFunction tf = read_references(arguments, warnings);
   for (const std::string& warning : warnings) warn(warning);
   const std::string& file = arguments.from.front();
   progress(fmt::format("modes of {} outputs, {} lines", tf.outputs.size(), tf.lines()));
   const ident::ModeSet set = blaming(arguments.from, [&] { return ident::identify_modes(tf, options); });
-  if (set.modes.empty()) warn(no_mode_found(file, tf, options));
+  if (set.modes.empty()) {
+    warnings.push_back(no_mode_found(file, tf, options));
+    warn(warnings.back());
+  }
+  const std::string page = arguments.report.empty() ? "" : modes_report(arguments, tf, set, warnings);
   ident::write_modes(set, arguments.to);
+  if (!arguments.stabilisation.empty())
+    ident::write_stabilisation(set.stabilisation, arguments.stabilisation);
+  if (!arguments.report.empty()) ident::write_atomically(arguments.report, page);
   print(modes_table(set));
   if (set.rejected.empty()) return;
   print("");
@@ -153,6 +201,14 @@ void add_modes(CLI::App& app) {
           "or multi")
       ->type_name("WORD");
   modes->add_option("--damping", arguments->damping, "structural (default) or viscous")->type_name("WORD");
+  modes
+      ->add_option("--stabilisation", arguments->stabilisation,
+                   "poles of models of rising order to write: which stay, and in which stable column")
+      ->type_name(written_file + std::string(".csv"));
+  modes
+      ->add_option("--report", arguments->report,
+                   "page to write: transfer functions, modes, circles, stabilisation chart")
+      ->type_name(written_file + std::string(".html"));
   CLI::Option* const only =
       modes->add_option("--frequencies", arguments->frequencies, "these resonances only");
   only->delimiter(',')->allow_extra_args(false)->type_name("HZ,HZ,...");
@@ -166,6 +222,7 @@ void add_modes(CLI::App& app) {
       "  struna modes trfam.csv -o modes.csv\n"
       "  struna modes trfam.csv -o modes.csv --band 10:900 --method circle\n"
       "  struna modes trfam.csv -o modes.csv --add 616.4\n"
+      "  struna modes trfam.csv -o modes.csv --stabilisation poles.csv --report modes.html\n"
       "  struna modes y.csv z.csv -o modes.csv");
   modes->callback([arguments] { run_modes(*arguments); });
 }

@@ -84,6 +84,8 @@ json mode_entry(const ident::Mode& mode, const ident::TransferFunction& circle_f
           {"constantSigmas", numbers(mode.modal_constant_sigma, 4)},
           {"flags", std::move(flags)},
           {"resolvesFrom", number(mode.resolves_from, 3)},
+          {"stableOrders", mode.stable_orders},
+          {"orders", mode.orders},
           {"circleFrequency", number(mode.circle_natural_frequency_hz, 9)},
           {"circleLossFactor", number(mode.circle_loss_factor)},
           {"circles", circles(mode)},
@@ -108,6 +110,28 @@ json left_out(const std::vector<ident::LeftOut>& list) {
   return entries;
 }
 
+json stabilisation(const ident::Stabilisation& found) {
+  json order = json::array(), frequency = order, loss_factor = order, stability = order, columns = order;
+  for (const ident::OrderPole& pole : found.poles) {
+    order.push_back(pole.order);
+    frequency.push_back(number(pole.pole.natural_frequency_hz));
+    loss_factor.push_back(number(pole.pole.loss_factor, 4));
+    stability.push_back(static_cast<int>(pole.stability));
+  }
+  for (const ident::StableColumn& column : found.columns)
+    columns.push_back({{"frequency", number(column.pole.natural_frequency_hz)},
+                       {"frequencySpread", number(column.frequency_spread_hz, 4)},
+                       {"lossFactor", number(column.pole.loss_factor)},
+                       {"lossFactorSpread", number(column.loss_factor_spread, 4)},
+                       {"orders", column.orders},
+                       {"of", column.of_orders}});
+  return {{"order", std::move(order)},
+          {"frequency", std::move(frequency)},
+          {"lossFactor", std::move(loss_factor)},
+          {"stability", std::move(stability)},
+          {"columns", std::move(columns)}};
+}
+
 json modes(const ReportContent& content) {
   const auto& set = content.modes;
   ident::TransferFunction circle_form;
@@ -120,7 +144,8 @@ json modes(const ReportContent& content) {
           {"units", set.units},
           {"outputs", set.outputs},
           {"list", std::move(list)},
-          {"rejected", rejected_candidates(set.rejected)}};
+          {"rejected", rejected_candidates(set.rejected)},
+          {"stabilisation", stabilisation(set.stabilisation)}};
 }
 
 /// Frequencies at which fitted laws are drawn: the band analysed, evenly in ln f.
@@ -281,6 +306,7 @@ std::string render_report(const ReportContent& content) {
                                                     {"comparison", "Prediction against measurement"},
                                                     {"parameters", "Modulus and damping over frequency"},
                                                     {"modes", "Modes"},
+                                                    {"stabilisation", "Stabilisation"},
                                                     {"nyquist", "Nyquist circles"},
                                                     {"left-out", "Left out, and why"},
                                                     {"provenance", "Settings, inputs, how to reproduce"}};

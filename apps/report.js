@@ -167,7 +167,7 @@
 
   function parameters() {
     const host = section('parameters');
-    if (!fitted && modes.length === 0) return host.remove();
+    if (!fitted && !identified.lossFactor.value.length && !identified.rayleighKnown) return host.remove();
     const grid = el('div', { class: 'three' });
     host.append(grid);
     const { modulus, lossFactor, rayleigh } = identified;
@@ -216,7 +216,7 @@
     const constantUnit = (k) => `${units[k] || '?'} ${data.modes.damping === 'structural' ? 'rad²/s²' : 'rad/s'}`;
     const modelFrequency = nan(data.modelFrequencies);
     const columns = [['mode'], ['natural frequency\n[Hz]'], ['half-power from\n[Hz]'], ['to\n[Hz]'], ['loss factor η\n[–]'], ['damping ratio ζ\n[–]'],
-      ['flags', true]];
+      ['stands in\norders'], ['flags', true]];
     if (fitted) columns.push(['model\nmode'], ['MAC\n[–]'], [`E\n[${modulusUnit[0]}]`], ['used for', true]);
     if (modelFrequency.length) columns.push(['identified model\n[Hz]'], ['off by\n[%]']);
     columns.push(['circle’s own f\n[Hz]'], ['circle’s own η\n[–]'], ...outputs.map((name, k) => [`${name}\n|C| [${constantUnit(k)}]`]),
@@ -224,7 +224,8 @@
     const rows = modes.map((mode, i) => {
       const pair = pairs.get(i);
       const cells = [i + 1, uncertain(mode.frequency, mode.frequencySigma, 7), format(mode.lower, 6), format(mode.upper, 6),
-        uncertain(mode.lossFactor, mode.lossFactorSigma), format(mode.dampingRatio, 4), el('span', {}, flagTags(mode.flags))];
+        uncertain(mode.lossFactor, mode.lossFactorSigma), format(mode.dampingRatio, 4),
+        mode.orders ? `${mode.stableOrders} of ${mode.orders}` : '–', el('span', {}, flagTags(mode.flags))];
       const [modulus, sigma] = (mode.usedForModulus && identifiedAt(identified.modulus)(mode)) || (pair ? [pair.modulus, pair.sigma] : [NaN, NaN]);
       if (fitted) cells.push(pair ? pair.model.map((m) => m + 1).join(' + ') : '–', pair && known(pair.mac) ? pair.mac.toFixed(3) : '–',
         uncertain(modulus / modulusUnit[1], sigma / modulusUnit[1]),
@@ -354,10 +355,12 @@
   }
 
   summary();
-  Bode.draw(section('transfer'), measured, predictions, modes.map((mode, i) => ({ x: mode.frequency, label: String(i + 1), hollow: !trusted(mode) })));
+  const marks = modes.map((mode, i) => ({ x: mode.frequency, label: String(i + 1), hollow: !trusted(mode) }));
+  Bode.draw(section('transfer'), measured, predictions, marks);
   comparisonTables();
   parameters();
   modeTable();
+  StabilisationChart.draw(section('stabilisation'), data.modes.stabilisation, measured, modes, marks);
   nyquist();
   leftOut();
   const band = identified.band[1] > identified.band[0] ? [['band analysed', `${format(identified.band[0])} to ${format(identified.band[1])} Hz`]] : [];

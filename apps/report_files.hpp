@@ -12,6 +12,7 @@ extern const std::string_view report_axes_js;
 extern const std::string_view report_plots_js;
 extern const std::string_view report_elements_js;
 extern const std::string_view report_bode_js;
+extern const std::string_view report_stabilisation_js;
 extern const std::string_view report_frame_js;
 extern const std::string_view report_js;
 extern const std::string_view simulate_report_js;

@@ -114,6 +114,7 @@ std::string render_page(const std::string& title, const std::vector<PageSection>
                               {"plots_js", report_plots_js},
                               {"elements_js", report_elements_js},
                               {"bode_js", report_bode_js},
+                              {"stabilisation_js", report_stabilisation_js},
                               {"frame_js", report_frame_js},
                               {"js", script}});
 }

@@ -78,13 +78,15 @@ struct Noted {
 class GroupRefiner {
  public:
   GroupRefiner(TransferFunction window, const ModeGroup& group, const Span& band,
-               const std::vector<Mode>& start, const PoleFitOptions& options, std::vector<Pole>& failed)
+               const std::vector<Mode>& start, const PoleFitOptions& options,
+               const std::vector<Pole>& candidates, std::vector<Pole>& failed)
       : window_(std::move(window)),
         noise_(window_),
         group_(group),
         band_(band),
         start_(start),
         options_(options),
+        candidates_(candidates),
         failed_(failed),
         fit_(window_, group.outside, band, options) {}
   GroupRefiner(const GroupRefiner&) = delete;  // fit_ points to window_
@@ -205,12 +207,28 @@ class GroupRefiner {
     return strongest;
   }
 
+  // A given candidate (gain not known: 0) that is neither a mode nor refused yet, else the strongest pole of
+  // the residual.
+  std::optional<ResidualPole> next_to_try() const {
+    const auto near = [](const std::vector<Pole>& poles, const Pole& pole) {
+      return std::any_of(poles.begin(), poles.end(), [&](const Pole& other) {
+        return std::abs(other.natural_frequency_hz - pole.natural_frequency_hz) <
+               0.5 * std::max(bandwidth_hz(other), bandwidth_hz(pole));
+      });
+    };
+    for (const Pole& pole : candidates_)
+      if (group_.territory.holds(pole.natural_frequency_hz) && !near(target_, pole) &&
+          !near(group_.company, pole) && !near(failed_, pole))
+        return ResidualPole{pole, 0.0};
+    return strongest_candidate();
+  }
+
   void add() {
     int trials = 0;
     while (trials < most_trials) {
-      const auto candidate = strongest_candidate();
+      const auto candidate = next_to_try();
       if (!candidate || !fit_.can_fit(target_.size() + group_.company.size() + 1)) return;
-      ++trials;
+      if (candidate->gain > 0.0) ++trials;  // each given candidate has its own
       std::vector<Pole> more = target_;
       more.push_back(candidate->pole);
       GroupFit trial(window_, group_.outside, band_, options_);
@@ -240,6 +258,7 @@ class GroupRefiner {
   Span band_;
   const std::vector<Mode>& start_;
   PoleFitOptions options_;
+  const std::vector<Pole>& candidates_;
   std::vector<Pole>& failed_;  // candidates that a trial has refused
   GroupFit fit_;
   std::vector<Pole> target_;
@@ -249,11 +268,12 @@ class GroupRefiner {
 
 // In the widest window in which the model explains the lines; where it does in none, in the narrowest.
 GroupResult refine(const TransferFunction& tf, const ModeGroup& group, const std::vector<Mode>& modes,
-                   const std::vector<Mode>& start, const PoleFitOptions& options, bool search,
-                   std::vector<Pole>& failed) {
+                   const std::vector<Mode>& start, const PoleFitOptions& options,
+                   const std::vector<Pole>& candidates, bool search, std::vector<Pole>& failed) {
   const LineBand band = band_of(tf);
   const auto refined_in = [&](const ModeGroup& window) {
-    return GroupRefiner(lines_of(tf, window, options.damping), window, band, start, options, failed)
+    return GroupRefiner(lines_of(tf, window, options.damping), window, band, start, options, candidates,
+                        failed)
         .run(search);
   };
   if (!search) return refined_in(with_window(group, modes, band, first_window));
@@ -331,7 +351,8 @@ BandFit fit_band(const TransferFunction& tf, const std::vector<Mode>& start, con
       if (known != searched.end()) {
         done.push_back(*known);
       } else {
-        done.push_back({group, refine(tf, group, result.modes, start, fit_options, search, failed)});
+        done.push_back(
+            {group, refine(tf, group, result.modes, start, fit_options, options.candidates, search, failed)});
         const GroupResult& refined = done.back().result;
         changed = changed || refined.changed;
         result.rejected.insert(result.rejected.end(), refined.rejected.begin(), refined.rejected.end());

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "ident/mode.hpp"
+#include "ident/resonance.hpp"
 
 namespace struna::ident {
 
@@ -10,6 +11,8 @@ struct BandFitOptions {
   fem::Damping damping = fem::Damping::structural;
   bool sigma_known = true;
   bool search_residual = true;  ///< add poles while the residual demands one
+  /// Tried first of all where no mode is within half their bandwidth, by the same tests.
+  std::vector<Pole> candidates;
 };
 
 struct BandFit {
@@ -27,7 +30,8 @@ struct BandFit {
 ///          constants below six standard errors, share below 3 % of all shares around, two poles nearer than
 ///          0.05 bandwidths (one stays), a residual within a bandwidth that goes on from line to line above
 ///          10 % of the circle's radius unless the start brought a circle;
-///   add    the pole that would take most out of the residual, if the refitted sum of squares falls by more
+///   add    the pole that would take most out of the residual, or a candidate, if the refitted sum of squares
+///   falls by more
 ///          than (2 + 2 outputs) ln(data) (Schwarz, Ann. Statist. 6 (1978) 461) times the scatter per degree
 ///          of freedom times the number of neighbouring lines that are worth one, and every pole then has
 ///          support; within a bandwidth of another also its constants must point elsewhere than the other's

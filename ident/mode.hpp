@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "fem/material.hpp"
+#include "ident/stabilisation.hpp"
 #include "ident/transfer_function.hpp"
 
 namespace struna::ident {
@@ -61,6 +62,9 @@ struct Mode {
   double window_lo_hz = 0.0;    ///< lines the circle was fitted to
   double window_hi_hz = 0.0;
 
+  int stable_orders = 0;  ///< model orders in which a pole stands here (stabilisation.hpp) …
+  int orders = 0;         ///< … of so many; 0: not analysed
+
   bool has(ModeFlag flag) const;
 };
 
@@ -76,6 +80,7 @@ struct ModeSet {
   std::vector<std::string> units;  ///< per output, of the circle form: those of the circles
   std::vector<Mode> modes;         ///< ascending in frequency
   std::vector<RejectedCandidate> rejected;
+  Stabilisation stabilisation;  ///< empty for methods that do not ask it
 };
 
 /// The form in which a mode is an exact circle. Structural: receptance for motion over force, apparent mass

@@ -85,6 +85,15 @@ double half_power(const Row& row, const std::string& name, const Mode& mode, dou
              : written;
 }
 
+/// A whole number from 0 on; 0 where the file has none.
+int count_of(const Row& row, const std::string& name) {
+  const double value = row.optional(name);
+  if (std::isnan(value)) return 0;
+  if (value < 0.0 || value > 1000.0 || value != std::floor(value))
+    throw row.error(fmt::format("{} is {}: it must be a whole number from 0 to 1000", name, value));
+  return static_cast<int>(value);
+}
+
 Mode read_mode(const Row& row, const std::vector<std::string>& outputs) {
   Mode mode;
   mode.natural_frequency_hz = row.required("natural_frequency");
@@ -99,6 +108,8 @@ Mode read_mode(const Row& row, const std::vector<std::string>& outputs) {
   mode.circle_natural_frequency_hz = row.optional("circle_natural_frequency");
   mode.circle_loss_factor = row.optional("circle_loss_factor");
   mode.resolves_from = row.optional("resolves_from");
+  mode.stable_orders = count_of(row, "stable_orders");
+  mode.orders = count_of(row, "orders");
   const auto count = static_cast<Eigen::Index>(outputs.size());
   mode.modal_constant.resize(count);
   mode.modal_constant_sigma.resize(count);
@@ -170,7 +181,7 @@ void write_modes(const ModeSet& set, const std::string& file) {
   for (std::size_t k = 0; k < set.outputs.size(); ++k)
     fmt::format_to(out, ",{0}_constant_re [{1}],{0}_constant_im [{1}],{0}_constant_sigma [{1}]",
                    set.outputs[k], set.units[k] + per_time(set.damping));
-  fmt::format_to(out, ",resolves_from [-]\n");
+  fmt::format_to(out, ",resolves_from [-],stable_orders [-],orders [-]\n");
   for (std::size_t r = 0; r < set.modes.size(); ++r) {
     const Mode& mode = set.modes[r];
     fmt::format_to(out, "{},{},{},{},{},{},{},{},{},{},{}", r + 1, field(mode.natural_frequency_hz),
@@ -182,7 +193,11 @@ void write_modes(const ModeSet& set, const std::string& file) {
       fmt::format_to(out, ",{},{},{}", field(mode.modal_constant[k].real()),
                      field(mode.modal_constant[k].imag()),
                      field(mode.modal_constant_sigma.size() > k ? mode.modal_constant_sigma[k] : not_known));
-    fmt::format_to(out, ",{}\n", field(mode.resolves_from));
+    fmt::format_to(out, ",{}", field(mode.resolves_from));
+    if (mode.orders > 0)
+      fmt::format_to(out, ",{},{}\n", mode.stable_orders, mode.orders);
+    else
+      fmt::format_to(out, ",,\n");
   }
   write_atomically(file, std::string_view(text.data(), text.size()));
 }

@@ -107,14 +107,6 @@ void sort_by_frequency(std::vector<Mode>& modes) {
             [](const Mode& a, const Mode& b) { return a.natural_frequency_hz < b.natural_frequency_hz; });
 }
 
-LineBand band_of(const TransferFunction& tf) {
-  LineBand band;
-  band.lo_hz = tf.frequency_hz(0);
-  band.hi_hz = tf.frequency_hz(tf.lines() - 1);
-  band.spacing_hz = (band.hi_hz - band.lo_hz) / static_cast<double>(tf.lines() - 1);
-  return band;
-}
-
 std::vector<ModeGroup> group_modes(const std::vector<Mode>& modes, const LineBand& band) {
   const std::vector<std::size_t> cuts = group_bounds(modes, band);
   std::vector<ModeGroup> groups;

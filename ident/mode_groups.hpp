@@ -2,23 +2,11 @@
 
 #include <vector>
 
+#include "ident/line_band.hpp"
 #include "ident/mode.hpp"
 #include "ident/resonance.hpp"
 
 namespace struna::ident {
-
-/// A closed interval of frequencies.
-struct Span {
-  double lo_hz = 0.0;
-  double hi_hz = 0.0;
-  bool holds(double f_hz) const { return f_hz >= lo_hz && f_hz <= hi_hz; }
-};
-
-/// The band of a function and the distance of its lines.
-struct LineBand : Span {
-  double spacing_hz = 0.0;
-};
-LineBand band_of(const TransferFunction& tf);
 
 /// Times a band's end: farther out a pole is a trend, no neighbour.
 inline constexpr double beyond_band = 1.3;

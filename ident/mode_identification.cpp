@@ -5,9 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <complex>
 #include <limits>
-#include <numbers>
 
 #include "fem/error.hpp"
 #include "ident/band_fit.hpp"
@@ -18,6 +16,7 @@
 #include "ident/reference_modes.hpp"
 #include "ident/references.hpp"
 #include "ident/resonance_search.hpp"
+#include "ident/window_damping.hpp"
 
 namespace struna::ident {
 namespace {
@@ -272,9 +271,11 @@ void multi_mode_fits(const Context& context, const std::vector<Pole>& poles, Mod
       start.back().loss_factor = poles[r].loss_factor;
     }
   }
+  set.stabilisation = stabilise(context.tf, {.damping = context.options.damping});
   BandFitOptions options;
   options.damping = context.options.damping;
   options.sigma_known = context.sigma_known;
+  for (const StableColumn& column : set.stabilisation.columns) options.candidates.push_back(column.pole);
   BandFit fit = fit_band(context.tf, start, options);
   set.modes = std::move(fit.modes);
   set.rejected = std::move(fit.rejected);
@@ -282,6 +283,11 @@ void multi_mode_fits(const Context& context, const std::vector<Pole>& poles, Mod
   if (references.several())
     set.modes = refine_with_references(context.tf, references, set.modes,
                                        {context.options.damping, context.sigma_known});
+  for (Mode& mode : set.modes) {
+    const OrderCount count = orders_of(set.stabilisation, {mode.natural_frequency_hz, mode.loss_factor});
+    mode.stable_orders = count.standing;
+    mode.orders = count.of;
+  }
   if (context.options.method == ModeMethod::automatic) attach_circles(context, set.modes);
 }
 
@@ -311,52 +317,6 @@ void keep_listed(const std::vector<double>& frequencies_hz, ModeSet& set) {
             [](const Mode& a, const Mode& b) { return a.natural_frequency_hz < b.natural_frequency_hz; });
   set.modes = std::move(kept);
   set.rejected = std::move(rejected);
-}
-
-// Records under a window e^(-a t) give the function along s = a + i omega, so every pole in omega stands i a
-// above its place: omega_r sqrt(1 + i eta) (hysteretic) or omega_r (sqrt(1 - zeta^2) + i zeta) (viscous).
-Pole without_window(const Pole& pole, double decay, fem::Damping damping) {
-  const double shift = decay / (2.0 * std::numbers::pi);
-  const double f = pole.natural_frequency_hz;
-  if (damping == fem::Damping::structural) {
-    const std::complex<double> root =
-        f * std::sqrt(std::complex<double>(1.0, pole.loss_factor)) - std::complex<double>(0.0, shift);
-    const std::complex<double> square = root * root;
-    return {std::sqrt(square.real()), square.imag() / square.real()};
-  }
-  const double zeta = 0.5 * pole.loss_factor;
-  const double damped = f * std::sqrt(1.0 - zeta * zeta);
-  const double decay_rate = zeta * f - shift;
-  const double undamped = std::hypot(damped, decay_rate);
-  return {undamped, 2.0 * decay_rate / undamped};
-}
-
-void take_out_window_damping(double decay, fem::Damping damping, ModeSet& set) {
-  if (decay == 0.0) return;
-  std::erase_if(set.modes, [&](Mode& mode) {
-    const Pole own = without_window({mode.natural_frequency_hz, mode.loss_factor}, decay, damping);
-    const double added = mode.loss_factor - own.loss_factor;
-    const double wider = bandwidth_hz({mode.natural_frequency_hz, mode.loss_factor}) / bandwidth_hz(own);
-    if (!(own.loss_factor > 0.0)) {
-      set.rejected.push_back(
-          {mode.natural_frequency_hz,
-           fmt::format("loss factor {:.3g} not above the {:.3g} that the exponential window added",
-                       mode.loss_factor, added)});
-      return true;
-    }
-    mode.natural_frequency_hz = own.natural_frequency_hz;
-    mode.loss_factor = own.loss_factor;
-    mode.resolves_from *= wider;
-    const Pole circle =
-        without_window({mode.circle_natural_frequency_hz, mode.circle_loss_factor}, decay, damping);
-    mode.circle_natural_frequency_hz = circle.natural_frequency_hz;
-    mode.circle_loss_factor = circle.loss_factor;
-    mode.damping_ratio = 0.5 * mode.loss_factor;
-    const Pole pole{mode.natural_frequency_hz, mode.loss_factor};
-    mode.lower_half_power_hz = lower_half_power_hz(pole, damping);
-    mode.upper_half_power_hz = upper_half_power_hz(pole, damping);
-    return false;
-  });
 }
 
 // Outputs that are zero on every line of the band (a direction that does not move): they tell nothing, and

@@ -53,6 +53,9 @@ TEST_F(ModeFile, RoundTripKeepsTenDigits) {
       EXPECT_EQ(b.flags, a.flags);
       EXPECT_EQ(std::isnan(b.resolves_from), r == 2);
       if (r != 2) EXPECT_NEAR(b.resolves_from / a.resolves_from, 1.0, 1e-9);
+      EXPECT_EQ(b.stable_orders, a.stable_orders);
+      EXPECT_EQ(b.orders, a.orders);
+      EXPECT_GE(b.orders, 10);
       EXPECT_EQ(std::isnan(b.circle_loss_factor), std::isnan(a.circle_loss_factor));
       for (long k = 0; k < 3; ++k) {
         EXPECT_NEAR(std::abs(b.modal_constant(k) / a.modal_constant(k) - 1.0), 0.0, 1e-9);
@@ -92,6 +95,7 @@ TEST_F(ModeFile, FaultsAreToldWithFileAndLine) {
       {"natural_frequency [Hz],loss_factor [-]\n20,0.01\n10,0.01\n", ":3"},
       {"natural_frequency [Hz]\n20\n", ":2"},
       {"natural_frequency [Hz],loss_factor [-],flags\n20,0.01,fine\n", ":2"},
+      {"natural_frequency [Hz],loss_factor [-],orders [-]\n20,0.01,1.5\n", ":2"},
       {"natural_frequency [Hz],loss_factor [-],f_constant_re [kg],f_constant_im [kg]\n20,0.01,1,1\n", ":1"}};
   for (const auto& [text, told] : faults) {
     write(text);
