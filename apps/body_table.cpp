@@ -7,6 +7,9 @@
 #include <optional>
 #include <vector>
 
+#include "apps/console.hpp"
+#include "apps/curve_warnings.hpp"
+
 namespace struna::apps {
 namespace {
 
@@ -290,6 +293,9 @@ fem::Body read_body(TomlTable& table, const fem::Scene& scene, bool acts_in_time
   body.start_support = start.support;
   body.end = end.condition;
   body.end_support = end.support;
+  for (const std::string& warning :
+       curve_warnings(body, table.vectors3("points"), table.positive("length", 0.0)))
+    warn(table.error("points", warning).what());
   if (table.node("material") != nullptr) body.material = read_material(table.table("material"), acts_in_time);
   table.finish();
   return body;

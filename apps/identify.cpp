@@ -93,7 +93,8 @@ void predict_both(Identification& found) {
     if (!told) found.warnings.push_back(warning);
   };
   for (const auto damping : {fem::Damping::structural, fem::Damping::viscous}) {
-    for (const auto& warning : prediction_warnings(found.fit.scene, damping, measured.frequency_hz))
+    for (const auto& warning :
+         prediction_warnings(found.fit.scene, damping, measured.frequency_hz, &found.fit.identified))
       tell(warning);
   }
   const ident::FrfKind form = measured.outputs.front().kind;

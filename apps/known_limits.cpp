@@ -1,8 +1,10 @@
 #include "apps/limit_contact.hpp"
+#include "apps/limit_curves.hpp"
 #include "apps/limit_damping.hpp"
 #include "apps/limit_laws.hpp"
 #include "apps/limit_modes.hpp"
 #include "apps/limit_newmark.hpp"
+#include "apps/limit_pairing.hpp"
 #include "apps/limit_penalty.hpp"
 #include "apps/limit_stepping.hpp"
 #include "apps/limit_transfer.hpp"
@@ -15,8 +17,10 @@ std::vector<KnownLimit> known_limits() {
           {"local_model", local_model_limits},
           {"circle", circle_limits},
           {"modes", multi_mode_limits},
+          {"pairing", pairing_limits},
           {"rayleigh", rayleigh_limits},
           {"extrapolation", extrapolation_limits},
+          {"curves", curve_limits},
           {"newmark", newmark_limits},
           {"newmark_parameters", newmark_parameter_limits},
           {"newmark_contact", newmark_contact_limits},

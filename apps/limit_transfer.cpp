@@ -75,9 +75,9 @@ LimitMap leakage_limits(const LimitRun& run) {
   LimitMap map;
   map.name = "leakage";
   map.title = "Hann window: lines in the half-power band";
-  map.fails = "the window widens a resonance, and its loss factor reads too high";
-  map.sign = "the independent lines in the half-power band";
-  map.then = "flags the mode coarse below four line spacings, and warns below ten lines";
+  map.fails = "the window widens a resonance, by more than can be taken out of its loss factor";
+  map.sign = "what leakage makes of the lines in the half-power band";
+  map.then = "adds to the standard error, and below three lines warns and flags the mode coarse";
   return line_limits(run, {}, ident::EstimateMethod::welch, 10, std::move(map));
 }
 
@@ -86,8 +86,8 @@ LimitMap local_model_limits(const LimitRun& run) {
   map.name = "local_model";
   map.title = "Local rational model: lines in the half-power band";
   map.fails = "a resonance narrower than the lines is hard to tell from noise";
-  map.sign = "the independent lines in the half-power band, and the standard errors";
-  map.then = "warns below two lines, flags the mode noisy or coarse, or does not find it";
+  map.sign = "a half-power band between two lines, and the standard errors";
+  map.then = "warns, flags the mode noisy or coarse, or does not find it";
   ShakenWire wire;
   wire.loss_factor = 0.002;  // records of 4 to 91 s
   return line_limits(run, wire, ident::EstimateMethod::local_rational, 10, std::move(map));

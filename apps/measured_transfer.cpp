@@ -8,6 +8,7 @@
 
 #include "apps/repeated_records.hpp"
 #include "ident/fixture.hpp"
+#include "ident/leakage.hpp"
 #include "ident/noise_floor.hpp"
 #include "ident/resonance_search.hpp"
 #include "ident/transfer_function_file.hpp"
@@ -15,6 +16,8 @@
 namespace struna::apps {
 namespace {
 
+/// Of the loss factor; peaks are read off roughly, and their modes are flagged by a lower limit.
+constexpr double warned_doubt = 0.12;
 constexpr long least_lines = 20;  // of a function in which peaks are looked for
 
 /// Share of the lines at which a condition holds.
@@ -80,33 +83,44 @@ void warn_of_cut_band(const Band& band, const ident::TransferFunction& all,
         band.hi_hz, top));
 }
 
-/// Resonances narrower than the estimator can follow. Hits and sweeps decay within their one segment: there
-/// the line spacing does not limit them.
+/// Resonances that leakage widens beyond what can be taken out of their damping, or that are narrower than a
+/// line of the record.
 void warn_of_few_lines(const ident::TransferEstimate& estimate, const ident::TransferFunction& tf,
                        std::vector<std::string>& warnings) {
   using ident::EstimateMethod;
   const bool welch = estimate.method == EstimateMethod::welch;
   if ((welch && estimate.window != ident::Window::hann) || tf.lines() < least_lines) return;
-  const double least = ident::fewest_lines_in_half_power_band(estimate.method);
+  // Unknown leakage is taken for that of the other averages.
+  const double leakage = std::isnan(tf.leakage_hz) ? estimate.independent_line_hz : tf.leakage_hz;
   std::vector<std::string> narrow;
   const ident::TransferFunction form =
       ident::to_circle_form(ident::with_noise_floor(tf), fem::Damping::structural);
   for (const ident::Pole& pole : ident::find_peaks(form)) {
-    const double lines = ident::bandwidth_hz(pole) / estimate.independent_line_hz;
-    if (lines < least) narrow.push_back(fmt::format("{:.4g} Hz ({:.1f})", pole.natural_frequency_hz, lines));
+    const double width = ident::bandwidth_hz(pole), widening = ident::leakage_widening(width, leakage);
+    const bool leaks = ident::leakage_doubt * widening > warned_doubt;
+    if (leaks)
+      narrow.push_back(fmt::format(
+          "{:.4g} Hz ({})", pole.natural_frequency_hz,
+          widening < 1.0 ? fmt::format("by {:.0f} %", 100.0 * widening) : "to what no line resolves"));
+    else if (leakage == 0.0 && width < estimate.independent_line_hz)
+      narrow.push_back(fmt::format("{:.4g} Hz", pole.natural_frequency_hz));
   }
   if (narrow.empty()) return;
   const std::size_t shown = std::min<std::size_t>(narrow.size(), 5);
-  const bool leaks = welch || estimate.method == EstimateMethod::local_polynomial;
-  const char* const effect = leaks ? "damping reads too high" : "damping is uncertain";
-  const char* const cure = welch ? "use --estimator local, a finer resolution or longer records"
-                           : estimate.method == EstimateMethod::periodic ? "use a longer period"
-                                                                         : "record for longer";
-  warnings.push_back(fmt::format(
-      "fewer than {:.0f} lines of {:.3g} Hz in the half-power band at {}{}: {}; {}", least,
-      estimate.independent_line_hz,
-      fmt::join(narrow.begin(), narrow.begin() + static_cast<long>(shown), ", "),
-      narrow.size() > shown ? fmt::format(" and {} more", narrow.size() - shown) : "", effect, cure));
+  const std::string where =
+      fmt::format("{}{}", fmt::join(narrow.begin(), narrow.begin() + static_cast<long>(shown), ", "),
+                  narrow.size() > shown ? fmt::format(" and {} more", narrow.size() - shown) : "");
+  if (leakage == 0.0)
+    warnings.push_back(fmt::format(
+        "narrower in the half-power band than a line of {:.3g} Hz at {}: damping is uncertain; {}",
+        estimate.independent_line_hz, where,
+        estimate.method == EstimateMethod::periodic ? "use a longer period" : "record for longer"));
+  else
+    warnings.push_back(fmt::format(
+        "few lines of {:.3g} Hz in the half-power band: leakage widens the resonance at {}, of which damping "
+        "may keep the half; {}",
+        estimate.independent_line_hz, where,
+        welch ? "use --estimator local, a finer resolution or longer records" : "record for longer"));
 }
 
 }  // namespace
@@ -167,6 +181,10 @@ std::vector<std::pair<std::string, std::string>> transfer_settings_shown(const M
   shown.emplace_back("sample rate", fmt::format("{:.6g} Hz", 1.0 / estimate.sample_interval));
   shown.emplace_back("band", fmt::format("{:.6g} to {:.6g} Hz, {} lines", tf.frequency_hz[0],
                                          tf.frequency_hz[tf.lines() - 1], tf.lines()));
+  if (tf.leakage_hz > 0.0)
+    shown.emplace_back("leakage",
+                       fmt::format("of Hann lines {:.6g} Hz apart, taken out of the damping by struna modes",
+                                   tf.leakage_hz));
   if (tf.exponential_decay > 0.0)
     shown.emplace_back(
         "exponential decay",

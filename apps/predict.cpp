@@ -187,10 +187,12 @@ void run_predict(const PredictArguments& arguments) {
   require_modulus(body, arguments.scene);
   const Wanted wanted = arguments.like.empty() ? wanted_lines(arguments, body, damping)
                                                : wanted_like(arguments.like, arguments.band, scene);
-  for (const std::string& warning : prediction_warnings(scene, damping, wanted.frequency_hz)) warn(warning);
+  const auto identified = parameters_of(body.name, arguments.parameters);
+  for (const std::string& warning :
+       prediction_warnings(scene, damping, wanted.frequency_hz, identified ? &*identified : nullptr))
+    warn(warning);
 
   PredictionMesh mesh;
-  const auto identified = parameters_of(body.name, arguments.parameters);
   const auto begin = std::chrono::steady_clock::now();
   const ident::TransferFunction tf = blaming(files, [&] {
     return predict(scene, damping, wanted.frequency_hz, wanted.form, &mesh,
@@ -223,18 +225,32 @@ bool is_zero(const fem::FrequencyLaw& law) {
 }  // namespace
 
 std::vector<std::string> extrapolation_warnings(const fem::Body& body, fem::Damping damping,
-                                                const Eigen::VectorXd& frequency_hz) {
+                                                const Eigen::VectorXd& frequency_hz,
+                                                const ident::IdentifiedParameters* identified) {
   std::vector<std::string> warnings;
-  const auto check = [&](const fem::FrequencyLaw& law, const char* name) {
+  const auto check = [&](const fem::FrequencyLaw& law, const std::vector<ident::LawFit>& fitted,
+                         const char* name) {
     long outside = 0;
-    for (const double f : frequency_hz) outside += law.extrapolates_at(f) ? 1 : 0;
+    double sigma = 0.0;  // relative
+    bool far = fitted.empty();
+    for (const double f : frequency_hz) {
+      if (!law.extrapolates_at(f)) continue;
+      ++outside;
+      far = far || ident::is_extrapolated(fitted, f);
+      if (!fitted.empty()) sigma = std::max(sigma, ident::law_sigma(fitted, f) / law.at(f));
+    }
     if (outside == 0) return;
-    warnings.push_back(
-        fmt::format("body '{}': {} is extrapolated at {} of {} frequencies: its data end at {:g} and {:g} Hz",
-                    body.name, name, outside, frequency_hz.size(), law.valid_from_hz, law.valid_to_hz));
+    std::string text =
+        fmt::format("body '{}': {} is {} at {} of {} frequencies: its data end at {:g} and {:g} Hz",
+                    body.name, name, far ? "extrapolated" : "told beyond its data", outside,
+                    frequency_hz.size(), law.valid_from_hz, law.valid_to_hz);
+    if (sigma > 0.0) text += fmt::format("; standard error there up to {:.2g} %", 100.0 * sigma);
+    warnings.push_back(text);
   };
-  check(body.material.youngs_modulus, "the modulus");
-  if (damping == fem::Damping::structural) check(body.material.loss_factor, "the loss factor");
+  using Laws = std::vector<ident::LawFit>;
+  check(body.material.youngs_modulus, identified ? identified->modulus.laws : Laws{}, "the modulus");
+  if (damping == fem::Damping::structural)
+    check(body.material.loss_factor, identified ? identified->loss_factor.laws : Laws{}, "the loss factor");
   return warnings;
 }
 
@@ -249,9 +265,10 @@ std::optional<std::string> undamped_warning(const fem::Body& body, fem::Damping 
 }
 
 std::vector<std::string> prediction_warnings(const fem::Scene& scene, fem::Damping damping,
-                                             const Eigen::VectorXd& frequency_hz) {
+                                             const Eigen::VectorXd& frequency_hz,
+                                             const ident::IdentifiedParameters* identified) {
   const fem::Body body = fem::linear_path(scene).body;
-  std::vector<std::string> warnings = extrapolation_warnings(body, damping, frequency_hz);
+  std::vector<std::string> warnings = extrapolation_warnings(body, damping, frequency_hz, identified);
   if (const auto undamped = undamped_warning(body, damping)) warnings.push_back(*undamped);
   if (!scene.contacts.empty()) {
     warnings.push_back("the scene's contact is left out of a linear prediction; struna simulate has it");

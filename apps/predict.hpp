@@ -20,9 +20,11 @@ struct PredictionMesh {
   bool stated = false;         ///< the tolerance is the user's own
 };
 
-/// A line for each law of the body that is used beyond the range of the data behind it.
+/// A line for each law of the body that is used beyond the range of the data behind it, with what the
+/// standard error makes of it where `identified` (what the body's laws come from) is given.
 std::vector<std::string> extrapolation_warnings(const fem::Body& body, fem::Damping damping,
-                                                const Eigen::VectorXd& frequency_hz);
+                                                const Eigen::VectorXd& frequency_hz,
+                                                const ident::IdentifiedParameters* identified = nullptr);
 
 /// Told when nothing damps the body: no loss factor (structural), no Rayleigh coefficient (viscous).
 std::optional<std::string> undamped_warning(const fem::Body& body, fem::Damping damping);
@@ -30,7 +32,8 @@ std::optional<std::string> undamped_warning(const fem::Body& body, fem::Damping 
 /// What a reader of a prediction should know before it is made, a line each: laws used beyond their data, no
 /// damping, contact left out.
 std::vector<std::string> prediction_warnings(const fem::Scene& scene, fem::Damping damping,
-                                             const Eigen::VectorXd& frequency_hz);
+                                             const Eigen::VectorXd& frequency_hz,
+                                             const ident::IdentifiedParameters* identified = nullptr);
 
 /// Told when the mesh error of a prediction that was found is above the tolerance stated, or 1 % where none
 /// is.

@@ -147,7 +147,8 @@ std::string rayleigh_line(const ident::IdentifiedParameters& identified) {
     case ident::RayleighFlag::two_modes:
       return line + "; two modes: nothing has tested that damping follows alpha and beta";
     case ident::RayleighFlag::contradicted:
-      return line + "; contradicted: the modes' damping does not follow alpha and beta";
+      return line + fmt::format("; contradicted: the modes' damping lies {:.0f} % off what they say",
+                                100.0 * fit.misfit);
     case ident::RayleighFlag::none:
       break;
   }

@@ -312,6 +312,43 @@ double law_sigma(const LawFit& fit, double f_hz) {
   return std::sqrt(std::max(0.0, gradient.dot(fit.covariance * gradient)));
 }
 
+double spread_beyond_data(const std::vector<LawFit>& laws, double f_hz) {
+  if (laws.empty() || laws.front().covariance.size() == 0 || !laws.front().law.extrapolates_at(f_hz))
+    return 0.0;
+  const FrequencyLaw& chosen = laws.front().law;
+  const bool below = f_hz < chosen.valid_from_hz;
+  const double edge = below ? chosen.valid_from_hz : chosen.valid_to_hz;
+  const double inside = edge * (below ? 1.0 + 1e-9 : 1.0 - 1e-9);  // a spline is flat from its end knot on
+  const double reach = std::log(f_hz / edge);
+  const auto best = std::min_element(laws.begin(), laws.end(),
+                                     [](const LawFit& a, const LawFit& b) { return a.aicc < b.aicc; });
+  const auto departure = [&](const FrequencyLaw& law) { return std::log(law.at(f_hz) / law.at(edge)); };
+  double weights = 0.0, variance = 0.0, slope_sigma = 0.0;
+  for (const LawFit& fit : laws) {
+    if (!(fit.law.at(edge) > 0.0 && fit.law.at(f_hz) > 0.0)) continue;  // a loss factor of nothing
+    const double weight = std::isfinite(best->aicc) ? std::exp(0.5 * (best->aicc - fit.aicc))
+                          : std::isfinite(fit.aicc) ? 0.0
+                                                    : 1.0;
+    weights += weight;
+    variance += weight * (std::pow(departure(fit.law) - departure(chosen), 2.0) +
+                          std::pow(reach * fit.law.log_slope(inside), 2.0));
+    if (fit.law.kind == Kind::power && fit.parameter_sigma.size() > 1) slope_sigma = fit.parameter_sigma[1];
+  }
+  return weights > 0.0 ? std::sqrt(variance / weights + std::pow(2.0 * slope_sigma * reach, 2.0)) : 0.0;
+}
+
+double law_sigma(const std::vector<LawFit>& laws, double f_hz) {
+  if (laws.empty()) return 0.0;
+  const LawFit& chosen = laws.front();
+  return std::hypot(law_sigma(chosen, f_hz), spread_beyond_data(laws, f_hz) * chosen.law.at(f_hz));
+}
+
+bool is_extrapolated(const std::vector<LawFit>& laws, double f_hz) {
+  if (laws.empty() || !laws.front().law.extrapolates_at(f_hz)) return false;
+  if (laws.front().covariance.size() == 0) return true;
+  return law_sigma(laws, f_hz) > extrapolation_tolerance * laws.front().law.at(f_hz);
+}
+
 std::vector<LawFit> fit_laws(const Eigen::VectorXd& frequency_hz, const Eigen::VectorXd& value,
                              const Eigen::VectorXd& sigma, const std::vector<Kind>& kinds, bool rising) {
   const Points points{frequency_hz, value, sigma};

@@ -21,6 +21,25 @@ struct LawFit {
 /// Standard error of the law's value at f, to first order in its parameters; 0 without covariance.
 double law_sigma(const LawFit& fit, double f_hz);
 
+/// Largest standard error [of the value] of a law beyond its data that need not be pointed out: half of it is
+/// that of a natural frequency.
+inline constexpr double extrapolation_tolerance = 0.01;
+
+/// How far, relative to its value, what laws.front() says at f beyond its data is uncertain for want of data;
+/// 0 within it, or where the laws' covariances are not known. With L = ln(f/edge of the data), n_k a law's
+/// logarithmic slope at the edge, d_k its own ln(value(f)/value(edge)), weights w_k = exp(-AICc/2):
+///   sum of w_k [(d_k - d_front)^2 + (n_k L)^2] + (2 sigma_n L)^2.
+/// Laws that fit alike part (Burnham & Anderson 2002, sec. 4.3); each may go on as it leaves the data or
+/// flatten at once; and a slope at an end is known half as well at best as the mean slope, of which sigma_n
+/// is the standard error (from the power law). See docs/law_fit.md.
+double spread_beyond_data(const std::vector<LawFit>& laws, double f_hz);
+
+/// Standard error of the value that laws.front() has at f: law_sigma, and beyond the data its spread too.
+double law_sigma(const std::vector<LawFit>& laws, double f_hz);
+
+/// Whether f lies beyond the data and that standard error above extrapolation_tolerance, or is not known.
+bool is_extrapolated(const std::vector<LawFit>& laws, double f_hz);
+
 /// The law with its numbers (law.parameters, or law.value) moved by `step`.
 fem::FrequencyLaw moved(fem::FrequencyLaw law, const Eigen::VectorXd& step);
 

@@ -5,8 +5,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "ident/leakage.hpp"
+
 namespace struna::ident {
 namespace {
+
+// Of a function that does not leak: a resonance of fewer line spacings, and known worse than this, is coarse.
+constexpr double between_lines = 0.6;
+constexpr double between_lines_noise = 0.003;
 
 double half_power_band(const Mode& mode) {
   return mode.upper_half_power_hz - mode.lower_half_power_hz;
@@ -25,8 +31,13 @@ bool is_refined(const Mode& mode) {
          mode.circle_natural_frequency_hz != mode.natural_frequency_hz;
 }
 
-bool is_coarse(const Mode& mode, double line_spacing_hz) {
-  return half_power_band(mode) < coarse_lines * line_spacing_hz;
+bool is_coarse(const Mode& mode, double line_spacing_hz, double leakage_hz) {
+  if (std::isnan(leakage_hz)) return half_power_band(mode) < coarse_lines * line_spacing_hz;
+  if (leakage_hz == 0.0)  // its standard error falls short there
+    return half_power_band(mode) < between_lines * line_spacing_hz &&
+           !(mode.loss_factor_sigma <= between_lines_noise * mode.loss_factor);
+  const double doubt = leakage_doubt * leakage_widening(half_power_band(mode), leakage_hz);
+  return doubt > coarse_doubt && !(doubt * mode.loss_factor < mode.loss_factor_sigma);
 }
 
 bool is_noisy(const Mode& mode) {
@@ -71,10 +82,11 @@ void add_flag(Mode& mode, ModeFlag flag) {
   if (!mode.has(flag)) mode.flags.push_back(flag);
 }
 
-void flag_modes(std::vector<Mode>& modes, double line_spacing_hz, double band_lo_hz, double band_hi_hz) {
+void flag_modes(std::vector<Mode>& modes, double line_spacing_hz, double leakage_hz, double band_lo_hz,
+                double band_hi_hz) {
   for (std::size_t r = 0; r < modes.size(); ++r) {
     Mode& mode = modes[r];
-    if (is_coarse(mode, line_spacing_hz)) add_flag(mode, ModeFlag::coarse);
+    if (is_coarse(mode, line_spacing_hz, leakage_hz)) add_flag(mode, ModeFlag::coarse);
     if (is_noisy(mode)) add_flag(mode, ModeFlag::noisy);
     if (reaches_edge(mode, band_lo_hz, band_hi_hz)) add_flag(mode, ModeFlag::edge);
     if (may_be_two(mode)) add_flag(mode, ModeFlag::may_be_two);

@@ -5,7 +5,10 @@
 namespace struna::ident {
 
 // Thresholds of the flags.
-inline constexpr double coarse_lines = 4.0;        ///< fewer line spacings in the half-power band: coarse
+inline constexpr double coarse_lines =
+    4.0;  ///< fewer line spacings in the half-power band: coarse, where the estimator's leakage is not known
+inline constexpr double coarse_doubt = 0.05;       ///< of the loss factor, by leakage that is known, and also
+                                                   ///< more than its standard error: coarse
 inline constexpr double noisy_frequency = 0.05;    ///< standard error of the frequency over the bandwidth
 inline constexpr double noisy_loss_factor = 0.10;  ///< relative standard error of the loss factor
 inline constexpr double poor_circle_misfit =
@@ -21,7 +24,8 @@ inline constexpr double double_mode_shape = 0.35;   ///< part of its energy that
 /// Whether a multi-mode fit has taken the neighbours out: the values are not a circle's own.
 bool is_refined(const Mode& mode);
 
-bool is_coarse(const Mode& mode, double line_spacing_hz);
+/// Whether the function was seen too coarsely for the mode's loss factor. `leakage_hz`: see TransferFunction.
+bool is_coarse(const Mode& mode, double line_spacing_hz, double leakage_hz);
 bool is_noisy(const Mode& mode);  ///< false where the method has no standard errors
 bool reaches_edge(const Mode& mode, double band_lo_hz, double band_hi_hz);
 /// Whether the other is too close for this mode's values. From a circle: within a half-power bandwidth, the
@@ -43,6 +47,7 @@ bool may_be_two(const Mode& mode);
 void add_flag(Mode& mode, ModeFlag flag);
 
 /// coarse, noisy, edge, close_modes and may_be_two of a set in ascending order.
-void flag_modes(std::vector<Mode>& modes, double line_spacing_hz, double band_lo_hz, double band_hi_hz);
+void flag_modes(std::vector<Mode>& modes, double line_spacing_hz, double leakage_hz, double band_lo_hz,
+                double band_hi_hz);
 
 }  // namespace struna::ident

@@ -11,6 +11,7 @@
 #include "ident/band_fit.hpp"
 #include "ident/circle_fit.hpp"
 #include "ident/half_power.hpp"
+#include "ident/leakage.hpp"
 #include "ident/mode_flags.hpp"
 #include "ident/noise_floor.hpp"
 #include "ident/reference_modes.hpp"
@@ -370,8 +371,9 @@ ModeSet identify_speaking(const TransferFunction& tf, const ModeOptions& options
   else
     multi_mode_fits(context, poles, set);
   deduplicate(set.rejected);
-  flag_modes(set.modes, context.spacing_hz, context.lo_hz, context.hi_hz);
+  flag_modes(set.modes, context.spacing_hz, tf.leakage_hz, context.lo_hz, context.hi_hz);
   if (!options.frequencies_hz.empty()) keep_listed(options.frequencies_hz, set);
+  for (Mode& mode : set.modes) take_out_leakage(mode, tf.leakage_hz, options.damping);
   take_out_window_damping(tf.exponential_decay, options.damping, set);
   return set;
 }

@@ -103,9 +103,10 @@ std::string curve_lines(const std::string& name, const IdentifiedCurve& curve, c
 std::string rayleigh_lines(const RayleighFit& fit) {
   return fmt::format(
       "[rayleigh]\nalpha = {}  # 1/s\nbeta = {}  # s\nalpha_sigma = {}\nbeta_sigma = {}\ncovariance = {}\n"
-      "rms = {}\ndetermined = {}\nflag = \"{}\"\n\n",
+      "rms = {}\nmisfit = {}\ndetermined = {}\nflag = \"{}\"\n\n",
       number(fit.rayleigh.alpha), number(fit.rayleigh.beta), number(fit.alpha_sigma), number(fit.beta_sigma),
-      number(fit.covariance), number(fit.rms), fit.determined, to_string(rayleigh_flag(fit)));
+      number(fit.covariance), number(fit.rms), number(fit.misfit), fit.determined,
+      to_string(rayleigh_flag(fit)));
 }
 
 template <class Texts>
@@ -335,11 +336,13 @@ IdentifiedCurve read_curve(const Reader& reader, bool allow_zero) {
                     reader.path()));
   }
   curve.laws.push_back(read_law(reader.table("law"), allow_zero));
+  for (const Reader& other : reader.tables("other_law")) curve.laws.push_back(read_law(other, allow_zero));
   return curve;
 }
 
 RayleighFit read_rayleigh(const Reader& reader) {
-  reader.only({"alpha", "beta", "alpha_sigma", "beta_sigma", "covariance", "rms", "determined", "flag"});
+  reader.only(
+      {"alpha", "beta", "alpha_sigma", "beta_sigma", "covariance", "rms", "misfit", "determined", "flag"});
   RayleighFit fit;
   fit.rayleigh = {reader.number("alpha"), reader.number("beta")};
   for (const char* key : {"alpha", "beta"}) {
@@ -353,6 +356,7 @@ RayleighFit read_rayleigh(const Reader& reader) {
   fit.beta_sigma = reader.number("beta_sigma", 0.0);
   fit.covariance = reader.number("covariance", 0.0);
   fit.rms = reader.number("rms", 0.0);
+  fit.misfit = reader.number("misfit", 0.0);
   fit.determined = true;
   if (reader.has("determined")) {
     const toml::node& node = reader.node("determined");

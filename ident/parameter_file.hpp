@@ -15,7 +15,7 @@ std::string law_text(const LawFit& fit, const std::string& unit);
 /// identified.toml, see docs/files.md.
 void write_parameters(const IdentifiedParameters& identified, const std::string& file,
                       const std::vector<Doubt>& doubts = {});
-/// What predictions need of it: body, Rayleigh, curves and laws (the first law only). Errors carry file and line.
+/// What predictions need of it: body, Rayleigh, curves and laws. Errors carry file and line.
 IdentifiedParameters read_parameters(const std::string& file);
 
 }  // namespace struna::ident

@@ -48,12 +48,19 @@ std::vector<Effect> effects(const fem::Material& material, const Eigen::VectorXd
   const auto change = [](const fem::FrequencyLaw& law, const fem::FrequencyLaw& other, double f) {
     return (other.at(f) - law.at(f)) / part;
   };
+  const auto& moduli = identified.modulus.laws;
+  all.push_back({at_lines([&](double f) { return Complex(spread_beyond_data(moduli, f)); })});
   for (const Eigen::VectorXd& step : law_steps(identified.modulus)) {
     const fem::FrequencyLaw& law = material.youngs_modulus;
     const fem::FrequencyLaw other = moved(law, part * step);
     all.push_back({at_lines([&](double f) { return Complex(change(law, other, f) / law.at(f)); })});
   }
   if (structural) {
+    const auto& loss_factors = identified.loss_factor.laws;
+    all.push_back({at_lines([&](double f) {
+      const double eta = material.loss_factor.at(f);
+      return Complex(0.0, eta * spread_beyond_data(loss_factors, f)) / Complex(1.0, eta);
+    })});
     for (const Eigen::VectorXd& step : law_steps(identified.loss_factor)) {
       const fem::FrequencyLaw& law = material.loss_factor;
       const fem::FrequencyLaw other = moved(law, part * step);

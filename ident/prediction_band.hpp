@@ -21,6 +21,8 @@ struct PredictionBand {
 /// of different quantities count as independent: errors of natural frequencies and of loss factors are nearly
 /// so.
 ///
+/// Beyond the data of a law its spread (spread_beyond_data) adds to its errors.
+///
 /// Besides, what the errors of the body's numbers make of it: those that identification knew
 /// (identified.errors) move the modulus and the body together, wherever the body states the same number with
 /// the same value, and the modulus alone elsewhere; numbers that only this body states with a sigma move the

@@ -53,6 +53,15 @@ RayleighFit fit_stiffness_part_alone(const Eigen::MatrixX2d& a, const Eigen::Vec
   return fit;
 }
 
+double misfit(const Eigen::MatrixX2d& weighted, const Eigen::VectorXd& b, const fem::Rayleigh& rayleigh) {
+  const Eigen::Index freedom = b.size() - 2;
+  if (freedom < 1) return 0.0;
+  const Eigen::ArrayXd told = weighted * Eigen::Vector2d(rayleigh.alpha, rayleigh.beta);
+  const double off = (told / b.array() - 1.0).square().sum() / static_cast<double>(freedom);
+  const double noise = b.array().square().inverse().mean();  // b is the ratio over its sigma
+  return std::sqrt(std::max(0.0, off - noise));
+}
+
 }  // namespace
 
 RayleighFit fit_rayleigh(const Eigen::VectorXd& frequency_hz, const Eigen::VectorXd& damping_ratio,
@@ -81,6 +90,7 @@ RayleighFit fit_rayleigh(const Eigen::VectorXd& frequency_hz, const Eigen::Vecto
   fit.alpha_at_bound = solution.at_bound[0];
   fit.beta_at_bound = solution.at_bound[1];
   fit.rms = solution.rms();
+  fit.misfit = misfit(weighted, b, fit.rayleigh);
   const Eigen::Vector2d error = std::max(1.0, fit.rms) * solution.covariance.diagonal().cwiseSqrt();
   fit.alpha_sigma = error[0] / scale[0];
   fit.beta_sigma = error[1] / scale[1];

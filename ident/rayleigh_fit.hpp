@@ -14,7 +14,9 @@ struct RayleighFit {
   double covariance = 0.0;      ///< of alpha and beta
   bool alpha_at_bound = false;  ///< held at zero
   bool beta_at_bound = false;
-  double rms = 0.0;         ///< weighted rms of the residuals in zeta, over sigma
+  double rms = 0.0;     ///< weighted rms of the residuals in zeta, over sigma
+  double misfit = 0.0;  ///< relative distance of the modes from the curve, rms per degree of freedom, less
+                        ///< what their sigmas explain; 0 without a degree of freedom
   bool determined = false;  ///< false when all modes share one frequency (as a single one does): then alpha
                             ///< is 0 with infinite sigma and beta alone carries the damping
 };

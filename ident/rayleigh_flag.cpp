@@ -3,9 +3,8 @@
 namespace struna::ident {
 
 RayleighFlag rayleigh_flag(const RayleighFit& fit) {
-  constexpr double contradicted = 3.0;  // rms over sigma
   if (!fit.determined) return RayleighFlag::one_mode;
-  if (fit.rms > contradicted) return RayleighFlag::contradicted;
+  if (fit.misfit > contradicted_misfit) return RayleighFlag::contradicted;
   return fit.rms == 0.0 ? RayleighFlag::two_modes : RayleighFlag::none;  // no degree of freedom
 }
 

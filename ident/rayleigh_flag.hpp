@@ -6,11 +6,13 @@
 
 namespace struna::ident {
 
+inline constexpr double contradicted_misfit = 0.05;  ///< of the damping ratio
+
 /// What cannot be trusted about the two coefficients together.
 enum class RayleighFlag {
   none,
   two_modes,     ///< they go through two points exactly: no third one has said whether damping is like that
-  contradicted,  ///< the modes lie off the curve by more than three standard errors (rms)
+  contradicted,  ///< the modes lie off the curve by more than 5 % (misfit) beyond their standard errors
   one_mode       ///< alpha is not known at all
 };
 RayleighFlag rayleigh_flag(const RayleighFit& fit);

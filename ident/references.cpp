@@ -144,6 +144,10 @@ TransferFunction combine_references(const std::vector<NamedReference>& reference
   const auto rows = shared_lines(references);
   TransferFunction all;
   all.exponential_decay = first.function.exponential_decay;
+  all.leakage_hz = first.function.leakage_hz;
+  for (const auto& reference : references)  // unknown, once one of them is
+    if (!(reference.function.leakage_hz <= all.leakage_hz) && !std::isnan(all.leakage_hz))
+      all.leakage_hz = reference.function.leakage_hz;
   all.frequency_hz = picked(first.function.frequency_hz, rows, 0);
   for (std::size_t j = 0; j < references.size(); ++j)
     for (TransferFunction::Output output : references[j].function.outputs) {

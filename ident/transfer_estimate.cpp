@@ -264,6 +264,7 @@ class Estimation {
     take_out_delays({repeats_.channels.begin() + input(), repeats_.channels.end()}, found.frequency_hz,
                     estimate.resolution_hz, found.value);
     fill(found.frequency_hz, found.value, found.sigma, found.coherence, estimate.function);
+    estimate.function.leakage_hz = 0.0;
     return estimate;
   }
 
@@ -296,6 +297,8 @@ class Estimation {
           "{} of {} lines are left out: there the drive signal moves '{}' too little against its noise",
           all - left, all, estimate.input.name));
     fill(model.frequency_hz, model.value, model.sigma, model.coherence, estimate.function);
+    const bool leaks = method == EstimateMethod::local_polynomial;
+    estimate.function.leakage_hz = leaks ? local_polynomial_leakage * estimate.resolution_hz : 0.0;
     return estimate;
   }
 
@@ -336,6 +339,11 @@ class Estimation {
     estimate.effective_averages = spectra.effective_averages;
     estimate.window = spectra.window;
     estimate.warnings = std::move(spectra.warnings);
+    // Hits and sweeps decay within their segment; H2 and its kin leak otherwise, by how much is not told.
+    if (spectra.window != Window::hann)
+      estimate.function.leakage_hz = 0.0;
+    else if (options_.ratio == Estimator::h1)
+      estimate.function.leakage_hz = spectra.resolution_hz;
     return estimate;
   }
 
@@ -400,19 +408,6 @@ EstimatorWord estimator_word(const std::string& word) {
     known += (known.empty() ? "" : ", ") + std::string(entry.word);
   }
   throw Error("estimator must be one of " + known + ", got '" + word + "'");
-}
-
-double fewest_lines_in_half_power_band(EstimateMethod method) {
-  switch (method) {
-    case EstimateMethod::welch:
-      return 10.0;
-    case EstimateMethod::local_polynomial:
-      return 30.0;
-    case EstimateMethod::local_rational:
-      return 2.0;
-    default:
-      return 3.0;
-  }
 }
 
 TransferEstimate estimate_transfer(const std::vector<std::string>& files, const std::string& input,

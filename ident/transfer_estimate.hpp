@@ -30,9 +30,9 @@ EstimatorWord estimator_word(const std::string& word);
 struct EstimateOptions {
   EstimateMethod method = EstimateMethod::automatic;
   Estimator ratio = Estimator::h1;  ///< of Welch's spectra
-  WelchOptions welch;  ///< resolution_hz is every method's line spacing, but for the periodic one
-  std::string
-      drive_signal;  ///< channel of what the shaker was asked for, in any unit; empty: none (drive_signal.hpp)
+  WelchOptions welch;        ///< resolution_hz is every method's line spacing, but for the periodic one
+  std::string drive_signal;  ///< channel of what the shaker was asked for, in any unit; empty: none
+                             ///< (drive_signal.hpp)
 };
 
 struct TransferEstimate {
@@ -52,11 +52,10 @@ struct TransferEstimate {
   std::vector<std::string> warnings;
 };
 
-/// The fewest independent lines in a half-power band at which a loss factor can be trusted: with a Hann
-/// window (10) its bias is then about 1 %, with a local polynomial (30) 2 %; a local rational model (2) shows
-/// none at one line with 1 % noise, but a resonance narrower than that is hard to tell from noise. Means over
-/// periods (3) have none: there it is the fit that needs lines. See docs/local_model.md.
-double fewest_lines_in_half_power_band(EstimateMethod method);
+/// TransferFunction::leakage_hz of a local polynomial model over its lines' spacing: its bias at 6, 10, 20
+/// lines of the record in the half-power band is that of a Hann segment whose lines are as wide
+/// (docs/local_model.md); at more it falls faster.
+inline constexpr double local_polynomial_leakage = 0.64;
 
 /// Transfer functions from the records of one setup. The automatic choice, in this order:
 ///  1. Welch, where the options speak of segments: an impact test, a window, a ratio other than h1;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -39,6 +40,9 @@ struct TransferFunction {
   Eigen::VectorXd frequency_hz;
   std::vector<Output> outputs;
   double exponential_decay = 0.0;  ///< [1/s] an exponential window added to every mode; see Spectra
+  double leakage_hz =
+      std::numeric_limits<double>::quiet_NaN();  ///< line spacing of the Hann window that widens resonances
+                                                 ///< as the estimator did; 0: it does not leak; NaN: unknown
 
   long lines() const { return frequency_hz.size(); }
 };

@@ -113,19 +113,28 @@ class Rows {
 
 constexpr long columns_per_output = 4;
 
-void check_row(const CsvReader& csv, const Rows& rows, double previous_frequency, double decay,
+/// What every row repeats, in columns before the outputs'.
+struct Common {
+  double exponential_decay = 0.0;
+  double leakage_hz = 0.0;
+};
+constexpr long first_output = 3;
+
+void check_row(const CsvReader& csv, const Rows& rows, double previous_frequency, const Common& common,
                long outputs) {
   const auto refuse = [&csv](const std::string& what) { throw Error(csv.file(), csv.line(), what); };
   if (rows.last(0) < 0.0) refuse(fmt::format("frequency {} Hz is negative", rows.last(0)));
   if (rows.count() > 1 && rows.last(0) <= previous_frequency)
     refuse(fmt::format("frequency {} Hz follows {} Hz: frequencies must increase", rows.last(0),
                        previous_frequency));
-  if (rows.last(1) < 0.0 || rows.last(1) != decay)
+  if (rows.last(1) < 0.0 || rows.last(1) != common.exponential_decay)
     refuse(fmt::format("exponential_decay is {}: it must be at least 0 and the same in every row",
                        rows.last(1)));
+  if (rows.last(2) < 0.0 || rows.last(2) != common.leakage_hz)
+    refuse(fmt::format("leakage is {}: it must be at least 0 and the same in every row", rows.last(2)));
   for (long k = 0; k < outputs; ++k) {
-    const double coherence = rows.last(2 + columns_per_output * k + 2);
-    const double sigma = rows.last(2 + columns_per_output * k + 3);
+    const double coherence = rows.last(first_output + columns_per_output * k + 2);
+    const double sigma = rows.last(first_output + columns_per_output * k + 3);
     if (coherence < 0.0 || coherence > 1.0)
       refuse(fmt::format("coherence is {}: it must be in [0, 1]", coherence));
     if (sigma < 0.0) refuse(fmt::format("sigma is {}: it must not be negative", sigma));
@@ -137,24 +146,26 @@ void check_row(const CsvReader& csv, const Rows& rows, double previous_frequency
 TransferFunction read_transfer_function(const std::string& file, std::vector<std::string>* warnings) {
   CsvReader csv(file);
   const std::vector<Columns> outputs = find_outputs(csv);
-  std::vector<int> wanted{frequency_column(csv), csv.find("exponential_decay")};
+  const int leakage = csv.find("leakage");
+  std::vector<int> wanted{frequency_column(csv), csv.find("exponential_decay"), leakage};
   for (const Columns& columns : outputs)
     wanted.insert(wanted.end(), {columns.re, columns.im, columns.coherence, columns.sigma});
   Rows rows(csv, wanted);
   double previous = 0.0;
-  double decay = 0.0;
+  Common common;
   while (rows.next()) {
-    if (rows.count() == 1) decay = rows.last(1);
-    check_row(csv, rows, previous, decay, static_cast<long>(outputs.size()));
+    if (rows.count() == 1) common = {rows.last(1), rows.last(2)};
+    check_row(csv, rows, previous, common, static_cast<long>(outputs.size()));
     previous = rows.last(0);
   }
   if (rows.count() == 0) throw Error(file, 0, "has no lines below its header");
 
   TransferFunction tf;
   tf.frequency_hz = rows.column(0);
-  tf.exponential_decay = decay;
+  tf.exponential_decay = common.exponential_decay;
+  if (leakage >= 0) tf.leakage_hz = common.leakage_hz;
   for (std::size_t k = 0; k < outputs.size(); ++k) {
-    const long first = 2 + columns_per_output * static_cast<long>(k);
+    const long first = first_output + columns_per_output * static_cast<long>(k);
     auto output = named_output(csv, outputs[k], warnings);
     output.value.resize(rows.count());
     output.value.real() = rows.column(first);
@@ -180,7 +191,9 @@ void write_transfer_function(const TransferFunction& tf, const std::string& file
     if (output.coherence.size() > 0) fmt::format_to(out, ",{}_coherence [-]", output.name);
     if (output.sigma.size() > 0) fmt::format_to(out, ",{}_sigma [{}]", output.name, output.unit);
   }
-  fmt::format_to(out, "{}\n", tf.exponential_decay > 0.0 ? ",exponential_decay [1/s]" : "");
+  const bool decays = tf.exponential_decay > 0.0, leakage_known = std::isfinite(tf.leakage_hz);
+  fmt::format_to(out, "{}{}\n", decays ? ",exponential_decay [1/s]" : "",
+                 leakage_known ? ",leakage [Hz]" : "");
   for (long i = 0; i < tf.lines(); ++i) {
     fmt::format_to(out, "{:.13g}", tf.frequency_hz[i]);
     for (const auto& output : tf.outputs) {
@@ -188,7 +201,8 @@ void write_transfer_function(const TransferFunction& tf, const std::string& file
       if (output.coherence.size() > 0) fmt::format_to(out, ",{:.9g}", output.coherence[i]);
       if (output.sigma.size() > 0) fmt::format_to(out, ",{:.9g}", output.sigma[i]);
     }
-    if (tf.exponential_decay > 0.0) fmt::format_to(out, ",{:.17g}", tf.exponential_decay);
+    if (decays) fmt::format_to(out, ",{:.17g}", tf.exponential_decay);
+    if (leakage_known) fmt::format_to(out, ",{:.17g}", tf.leakage_hz);
     fmt::format_to(out, "\n");
   }
   write_atomically(file, std::string_view(text.data(), text.size()));

@@ -201,6 +201,55 @@ TEST(LawFit, ConstantIsTheWeightedMeanOfTheLogarithm) {
               1e-9);  // Ceres' stop
 }
 
+TEST(LawFit, SpreadBeyondTheDataIsThatOfTheLawsThatFitAlike) {
+  LawFit constant, power;
+  constant.law = {Kind::constant, {1e11}, {}, {}, 50.0, 500.0};
+  constant.covariance = Eigen::MatrixXd::Constant(1, 1, 1e16);
+  power.law = {Kind::power, {1e11, 0.02, 100.0}, {}, {}, 50.0, 500.0};
+  power.parameter_sigma = Eigen::Vector3d(0.0, 0.003, 0.0);
+  power.aicc = 2.0 * std::log(3.0);  // a third of the constant's weight
+  const std::vector<LawFit> laws = {constant, power};
+  for (const double f : {5.0, 40.0, 700.0, 5000.0}) {
+    const double reach = std::log(f < 50.0 ? f / 50.0 : f / 500.0);
+    // Power law: parted by 0.02 L, and it may flatten by as much; twice the slope's error.
+    const double expected = std::abs(reach) * std::sqrt(0.25 * 2.0 * 0.02 * 0.02 + 0.006 * 0.006);
+    EXPECT_NEAR(spread_beyond_data(laws, f) / expected, 1.0, 1e-9) << f;
+    EXPECT_NEAR(law_sigma(laws, f), std::hypot(1e8, 1e11 * expected), 1.0) << f;
+    EXPECT_EQ(is_extrapolated(laws, f), std::hypot(1e-3, expected) > 0.01) << f;
+  }
+  for (const double f : {50.0, 100.0, 500.0}) {
+    EXPECT_EQ(spread_beyond_data(laws, f), 0.0);
+    EXPECT_DOUBLE_EQ(law_sigma(laws, f), law_sigma(constant, f));
+    EXPECT_FALSE(is_extrapolated(laws, f));
+  }
+  LawFit unknown = power;
+  unknown.covariance.resize(0, 0);
+  EXPECT_EQ(spread_beyond_data({unknown}, 5.0), 0.0);
+  EXPECT_TRUE(is_extrapolated({unknown}, 5.0));
+}
+
+TEST(LawFit, IntervalsBeyondTheDataHoldTheTruth) {
+  long held = 0, held_without = 0, all = 0;
+  for (const double relaxation : {20.0, 150.0, 1000.0}) {
+    for (const double ratio : {1.01, 1.1, 1.5}) {
+      const FrequencyLaw truth = closed_form(Kind::fractional_zener, {1e11, ratio, relaxation, 0.6});
+      const Eigen::VectorXd f = log_spaced(50.0, 500.0, 8), e = values_of(truth, f);
+      for (unsigned seed = 1; seed <= 6; ++seed) {
+        const auto laws = fit_laws(f, with_noise(e, 2e-3 * e, seed), 2e-3 * e, all_kinds, true);
+        for (const double x : {10.0, 25.0, 900.0, 2500.0}) {
+          const double error = std::abs(laws.front().law.at(x) - truth.at(x));
+          held += error < 1.96 * law_sigma(laws, x);
+          held_without += error < 1.96 * law_sigma(laws.front(), x);
+          ++all;
+        }
+      }
+    }
+  }
+  // 216 intervals, those of one fit alike: 0.96 over many seeds.
+  EXPECT_GT(static_cast<double>(held), 0.90 * static_cast<double>(all));
+  EXPECT_LT(static_cast<double>(held_without), 0.6 * static_cast<double>(all));
+}
+
 TEST(LawFit, RefusesWhatIsNoData) {
   const Eigen::VectorXd two = Eigen::VectorXd::Constant(2, 1.0);
   const Eigen::VectorXd one = Eigen::VectorXd::Constant(1, 1.0);

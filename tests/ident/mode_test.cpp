@@ -92,9 +92,25 @@ Mode mode_with(double band, double f_sigma = 0.0, double eta_sigma = 0.0, double
   return mode;
 }
 
-TEST(ModeFlags, CoarseBelowFourLineSpacings) {
-  EXPECT_TRUE(is_coarse(mode_with(0.99), 0.25));
-  EXPECT_FALSE(is_coarse(mode_with(1.01), 0.25));
+TEST(ModeFlags, CoarseBelowFourLineSpacingsWhereTheLeakageIsNotKnown) {
+  EXPECT_TRUE(is_coarse(mode_with(0.99), 0.25, NAN));
+  EXPECT_FALSE(is_coarse(mode_with(1.01), 0.25, NAN));
+}
+
+TEST(ModeFlags, CoarseWhereKnownLeakageLeavesMoreDoubtThanFivePercentAndThanNoise) {
+  // 0.6 of what widens n lines by 0.7/n^2 is 5 % at n = 2.90, seen as 3.14.
+  EXPECT_TRUE(is_coarse(mode_with(3.13), 0.25, 1.0));
+  EXPECT_FALSE(is_coarse(mode_with(3.15), 0.25, 1.0));
+  EXPECT_TRUE(is_coarse(mode_with(2.5, 0.0, 0.025 * 0.08), 0.25, 1.0));  // 0.6 of 15 %, known to 8 %
+  EXPECT_FALSE(is_coarse(mode_with(2.5, 0.0, 0.025 * 0.10), 0.25, 1.0));
+  EXPECT_TRUE(is_coarse(mode_with(2.5, NAN, NAN), 0.25, 1.0));  // no standard error, as of peak picking
+}
+
+TEST(ModeFlags, CoarseBetweenLinesWithNoiseWhereNothingLeaks) {
+  EXPECT_TRUE(is_coarse(mode_with(0.59, 0.0, 0.0059 * 0.0031), 1.0, 0.0));
+  EXPECT_FALSE(is_coarse(mode_with(0.59, 0.0, 0.0059 * 0.0029), 1.0, 0.0));
+  EXPECT_FALSE(is_coarse(mode_with(0.61, 0.0, 0.0061 * 0.0031), 1.0, 0.0));
+  EXPECT_TRUE(is_coarse(mode_with(0.59, NAN, NAN), 1.0, 0.0));
 }
 
 TEST(ModeFlags, NoisyAboveFivePercentOfTheBandwidthOrTenOfTheLossFactor) {
@@ -126,8 +142,8 @@ TEST(ModeFlags, CloseWithinFiveStandardErrorsWhereAMultiModeFitTookTheNeighbourO
 TEST(ModeFlags, SetsGetTheirFlagsOnce) {
   std::vector<Mode> modes = {mode_with(0.5), mode_with(4.0, 0.0, 0.0, 103.9),
                              mode_with(2.0, 1.0, 0.0, 150.0)};
-  flag_modes(modes, 0.25, 99.9, 200.0);
-  flag_modes(modes, 0.25, 99.9, 200.0);
+  flag_modes(modes, 0.25, NAN, 99.9, 200.0);
+  flag_modes(modes, 0.25, NAN, 99.9, 200.0);
   EXPECT_THAT(modes[0].flags, testing::ElementsAre(ModeFlag::coarse, ModeFlag::edge, ModeFlag::close_modes));
   EXPECT_THAT(modes[1].flags, testing::ElementsAre(ModeFlag::close_modes));
   EXPECT_THAT(modes[2].flags, testing::ElementsAre(ModeFlag::noisy));

@@ -81,7 +81,9 @@ void expect_same(const IdentifiedCurve& read, const IdentifiedCurve& written) {
   EXPECT_EQ(read.frequency_hz, written.frequency_hz);
   EXPECT_EQ(read.value, written.value);
   EXPECT_EQ(read.sigma, written.sigma);
-  ASSERT_EQ(read.laws.size(), 1u);
+  ASSERT_EQ(read.laws.size(), written.laws.size());
+  EXPECT_EQ(read.laws.back().law.kind, written.laws.back().law.kind);
+  EXPECT_EQ(read.laws.back().law.parameters, written.laws.back().law.parameters);
   const LawFit& a = read.laws.front();
   const LawFit& b = written.laws.front();
   EXPECT_EQ(a.law.kind, b.law.kind);

@@ -53,6 +53,21 @@ TEST(RayleighFit, IsFlaggedWhereModesAreTooFewOrContradictIt) {
   EXPECT_EQ(to_string(RayleighFlag::none), "");
 }
 
+TEST(RayleighFit, MisfitIsTheCurvesOwnErrorHoweverWellTheModesAreKnown) {
+  // Constant damping at three frequencies, the outer two equally far from the middle one in ln f: the curve
+  // runs above it there and below at the ends, and the noise that is allowed for is subtracted in square.
+  const Eigen::VectorXd f = vector({50.0, 100.0, 200.0}), zeta = Eigen::VectorXd::Constant(3, 0.01);
+  const auto misfit_at = [&](double sigma) { return fit_rayleigh(f, zeta, sigma * zeta).misfit; };
+  const fem::Rayleigh best = rayleigh_pseudo_inverse(f, zeta);
+  const double off =
+      (damping_ratio(best, f) / 0.01 - Eigen::VectorXd::Ones(3)).norm();  // one degree of freedom
+  EXPECT_GT(off, 0.1);
+  EXPECT_NEAR(misfit_at(1e-6), off, 1e-6);
+  EXPECT_NEAR(misfit_at(0.1), std::sqrt(off * off - 0.01), 1e-6);
+  EXPECT_EQ(misfit_at(0.5), 0.0);
+  EXPECT_EQ(fit_rayleigh(f.head(2), zeta.head(2), 0.01 * zeta.head(2)).misfit, 0.0);
+}
+
 TEST(RayleighFit, EqualsThePseudoInverseWithEqualWeightsAndNoActiveBound) {
   std::mt19937 random(3);
   std::normal_distribution<double> normal;

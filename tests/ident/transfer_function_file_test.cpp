@@ -36,11 +36,14 @@ TEST(TransferFunctionFile, WhatIsWrittenIsReadAgain) {
     for (const double decay : {0.0, 4.605170185988091}) {
       TransferFunction tf = example(statistics);
       tf.exponential_decay = decay;
+      if (decay > 0.0) tf.leakage_hz = statistics ? 1.0 / 3.0 : 0.0;  // else unknown, without a column
       write_transfer_function(tf, file);
       std::vector<std::string> warnings;
       const TransferFunction again = read_transfer_function(file, &warnings);
       EXPECT_TRUE(warnings.empty());
       EXPECT_EQ(again.exponential_decay, decay);
+      EXPECT_EQ(std::isnan(again.leakage_hz), decay == 0.0);
+      if (decay > 0.0) EXPECT_EQ(again.leakage_hz, tf.leakage_hz);
       ASSERT_EQ(again.outputs.size(), 2U);
       EXPECT_TRUE(again.frequency_hz.isApprox(tf.frequency_hz, 1e-12));  // thirteen digits
       for (std::size_t k = 0; k < 2; ++k) {
@@ -111,6 +114,8 @@ TEST(TransferFunctionFile, FaultsAreNamedWithFileAndLine) {
       {"frequency [Hz],re [N/m],im [N/m],sigma [N/m]\n1,2,3,-1\n", "f.csv:2: sigma is -1"},
       {"frequency [Hz],re [N/m],im [N/m],exponential_decay [1/s]\n1,2,3,4\n2,2,3,5\n",
        "f.csv:3: exponential_decay is 5"},
+      {"frequency [Hz],re [N/m],im [N/m],leakage [Hz]\n1,2,3,0\n2,2,3,5\n", "f.csv:3: leakage is 5"},
+      {"frequency [Hz],re [N/m],im [N/m],leakage [Hz]\n1,2,3,-1\n", "f.csv:2: leakage is -1"},
   };
   for (const Fault& fault : faults) {
     try {
