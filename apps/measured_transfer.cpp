@@ -16,8 +16,8 @@
 namespace struna::apps {
 namespace {
 
-/// Of the loss factor; peaks are read off roughly, and their modes are flagged by a lower limit.
-constexpr double warned_doubt = 0.12;
+/// Of the loss factor. Peaks are read off roughly, narrow ones as three lines wide, which is told.
+constexpr double warned_doubt = 0.055;
 constexpr long least_lines = 20;  // of a function in which peaks are looked for
 
 /// Share of the lines at which a condition holds.
