@@ -17,9 +17,10 @@ struct StepCheck {
 /// Runs with the step and with a quarter of it, up to 20 ms (less where `duration` [s] ends) beyond the first
 /// touch, where trajectories have not parted yet; 16/15 of their largest distance is the error of the longer
 /// one (which is of first order where touch falls between steps, but of second in the mean: docs/limits.md).
-/// `settle`: from the static rest, contacts included; else from the static shape moving with the base.
-/// `progress` is called now and then with the time that a trial has reached [s]; false stops. Throws Error as
-/// the steppers do.
+/// Both run from t = 0, the second only where the first has touched: together they cost up to five times a
+/// run with the step up to the first touch and 20 ms beyond. `settle`: from the static rest, contacts
+/// included; else from the static shape moving with the base. `progress` is called now and then with the time
+/// that a trial has reached [s]; false stops. Throws Error as the steppers do.
 StepCheck check_step(const std::vector<NodalBody>& bodies, const std::vector<ContactPoint>& points,
                      const PrescribedMotion& motion, double duration, const NewmarkOptions& options,
                      bool settle, const std::function<bool(double)>& progress = {});

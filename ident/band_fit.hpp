@@ -31,15 +31,14 @@ struct BandFit {
 ///          0.05 bandwidths (one stays), a residual within a bandwidth that goes on from line to line above
 ///          10 % of the circle's radius unless the start brought a circle;
 ///   add    the pole that would take most out of the residual, or a candidate, if the refitted sum of squares
-///   falls by more
-///          than (2 + 2 outputs) ln(data) (Schwarz, Ann. Statist. 6 (1978) 461) times the scatter per degree
-///          of freedom times the number of neighbouring lines that are worth one, and every pole then has
-///          support; within a bandwidth of another also its constants must point elsewhere than the other's
-///          (assurance below 0.9): else it only mends the other's shape.
-/// Poles outside the band, up to 1.3 times its end, are kept as background once they gained that much,
-/// whatever their damping, which nothing tells: a mode beyond bends the function inside. An added pole within
-/// a bandwidth of the band's end is not claimed. Start modes need frequency and loss factor; constants where
-/// they are known. `tf` in circle form with sigma.
+///          falls by more than (2 + 2 outputs) ln(data) (Schwarz, Ann. Statist. 6 (1978) 461) times the
+///          scatter per degree of freedom times the number of neighbouring lines that are worth one, and
+///          every pole then has support; within a bandwidth of another also its constants must point
+///          elsewhere than the other's (assurance below 0.9): else it only mends the other's shape.
+/// Poles outside the band, up to 1.3 times its end, are kept as background once they gained 0.3 of that
+/// (near Akaike's penalty, as nobody claims them), whatever their damping, which nothing tells: a mode beyond
+/// bends the function inside. An added pole within a bandwidth of the band's end is not claimed. Start modes
+/// need frequency and loss factor; constants where they are known. `tf` in circle form with sigma.
 BandFit fit_band(const TransferFunction& tf, const std::vector<Mode>& start, const BandFitOptions& options);
 
 }  // namespace struna::ident

@@ -10,7 +10,8 @@ namespace struna::ident {
 /// modes.csv: mode,natural_frequency [Hz],natural_frequency_sigma [Hz],lower_half_power [Hz],upper_half_power
 /// [Hz],loss_factor [-], loss_factor_sigma [-],damping_ratio [-],flags,circle_natural_frequency
 /// [Hz],circle_loss_factor [-], then per output NAME_constant_re [U], NAME_constant_im [U],
-/// NAME_constant_sigma [U], last resolves_from [-]; U the circle form's unit "* /s^2" (viscous "/s").
+/// NAME_constant_sigma [U], last resolves_from [-], stable_orders [-], orders [-]; U the circle form's unit
+/// "* /s^2" (viscous "/s").
 void write_modes(const ModeSet& modes, const std::string& file);
 /// Flags joined by ';', as the file has them.
 std::string flag_words(const std::vector<ModeFlag>& flags);

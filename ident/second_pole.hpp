@@ -12,7 +12,7 @@ struct LinesOfPole {
   Eigen::MatrixXd sigma;          ///< of real and imaginary part, lines x outputs
   Eigen::MatrixXcd residual;      ///< (data - fitted)/sigma, lines x outputs
   bool with_trend = true;         ///< whether a trend is a neighbour's tail, no sign of a second pole
-  double line_correlation = 1.0;  ///< neighbouring lines that are worth one
+  double line_correlation = 1.0;  ///< neighbouring lines that are worth one; counted up to 2.5
 };
 
 struct SecondPole {
@@ -31,8 +31,9 @@ struct SecondPole {
 ///   g^2 and g^3                                  4 K - 2
 ///   g^2                                          2 K - 2
 ///   g^2, heights in phase and equal damping      K - 1
-/// The variance: that of noise, or what the shapes leave where that is more, times the lines worth one.
-/// Noticed: one of them beyond one chance in 500, and 0.35 % of the share (with one output, where only the
+/// The variance: that of noise, or what the shapes leave where that is more, times the lines worth one
+/// (2.5 at most, as windows and local models leave them).
+/// Noticed: one of them beyond one chance in 2000, and 0.35 % of the share (with one output, where only the
 /// second order shows, 0.5 %; without a trend beside it 1.2 %, as tails of neighbours count then).
 ///
 /// Power: noncentral chi-square, whose root is about normal, for a pair whose heights over the outputs
