@@ -100,8 +100,9 @@ std::size_t stray_chord(const Points& points) {
   return 0;
 }
 
+/// Diameter of the solid circle with this radius of gyration.
 double thickness(const fem::Section& section) {
-  return std::sqrt(4.0 * section.area / std::numbers::pi);
+  return 4.0 * std::sqrt(section.second_moment / section.area);
 }
 
 }  // namespace

@@ -22,7 +22,9 @@ double smallest_radius(const fem::Centreline& centreline);
 
 /// Told where a body's centreline can hardly be what was meant: natural frequencies hang on how it runs
 /// through its points (curve_doubt), or a bend is tighter than tightest_bend thicknesses, where beam theory
-/// ends (a kink, points in the wrong order), or two points are so near each other that they tell no direction. `length`: as given; 0: the points' own.
+/// ends (a kink, points in the wrong order), or two points are so near each other that they tell no
+/// direction. Thickness: the diameter of the solid circle with the section's radius of gyration. `length`: as
+/// given; 0: the points' own.
 std::vector<std::string> curve_warnings(const fem::Body& body, const std::vector<Eigen::Vector3d>& points,
                                         double length);
 inline constexpr double curve_tolerance = 0.005;  ///< of natural frequencies

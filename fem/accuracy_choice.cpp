@@ -89,8 +89,8 @@ double highest_mode(const std::vector<ModalBody>& bodies) {
   return highest / 6.0;  // a little above 1/(2 pi): every mode is below
 }
 
-/// The loosest tolerance, from four times the one asked by quarters, that meets the share; where none does, the loosest
-/// that errs at most 1.5 times as much as the best.
+/// The loosest tolerance, from four times the one asked by quarters, that meets the share; where none does,
+/// the loosest that errs at most 1.5 times as much as the best.
 template <class Tried>
 AccuracyTrial chosen_tolerance(double asked, const Tried& tried) {
   std::vector<AccuracyTrial> trials;
@@ -104,7 +104,7 @@ AccuracyTrial chosen_tolerance(double asked, const Tried& tried) {
   return *std::find_if(trials.begin(), trials.end(), enough);
 }
 
-AccuracyChoice chosen(const TrialSetup& setup, double highest_hz, const ModalSteppingOptions& asked,
+AccuracyChoice chosen(const TrialSetup& setup, double first_cut_hz, const ModalSteppingOptions& asked,
                       bool levels) {
   ModalSteppingOptions options = asked;
   options.highest_mode_hz = 0.0;
@@ -134,8 +134,7 @@ AccuracyChoice chosen(const TrialSetup& setup, double highest_hz, const ModalSte
   choice.chosen = chosen_tolerance(asked.tolerance, tried);
   const double top = highest_mode(setup.bodies);
   const bool met = choice.chosen.error <= share * asked.tolerance;
-  // The band's end is an upper bound of what contact asks of the modes; most scenes do with fewer.
-  for (double cut = 0.25 * static_mode_limit(highest_hz, asked.tolerance); met && cut < top; cut *= 2.0) {
+  for (double cut = first_cut_hz; met && cut < top; cut *= 2.0) {
     const AccuracyTrial trial = tried_with_fewer(choice.chosen.tolerance, cut);
     if (trial.error > share * asked.tolerance) continue;
     choice.chosen = trial;
@@ -158,12 +157,17 @@ double static_mode_limit(double highest_hz, double tolerance) {
   return highest_hz / std::sqrt(tolerance);
 }
 
+double first_cut_hz(double highest_hz, double tolerance, bool steady) {
+  const double limit = static_mode_limit(highest_hz, tolerance);
+  return steady ? std::max(highest_hz, 0.25 * limit) : limit;
+}
+
 AccuracyChoice choose_accuracy(const std::vector<ModalBody>& bodies, const std::vector<ContactPoint>& points,
-                               const PrescribedMotion& motion, double highest_hz, double duration,
+                               const PrescribedMotion& motion, double first_cut_hz, double duration,
                                const ModalSteppingOptions& asked, bool settle,
                                const std::function<bool(double)>& progress, bool levels) {
   try {
-    return chosen({bodies, points, motion, duration, settle, progress}, highest_hz, asked, levels);
+    return chosen({bodies, points, motion, duration, settle, progress}, first_cut_hz, asked, levels);
   } catch (const Interrupted&) {
     AccuracyChoice none;
     none.interrupted = true;

@@ -36,18 +36,24 @@ struct AccuracyChoice {
 /// [Hz]: what they then lack of their answer to it is (f/f_r)^2, below `tolerance`.
 double static_mode_limit(double highest_hz, double tolerance);
 
+/// The lowest frequency that modes of a run with contact are tried to be cut at [Hz]: a quarter of
+/// static_mode_limit(), which is an upper bound, but no less than `highest_hz`. `steady`: the trials see what
+/// the whole run does; a sweep or a record may reach the upper end of its band later, and is cut at
+/// static_mode_limit() at the earliest.
+double first_cut_hz(double highest_hz, double tolerance, bool steady);
+
 /// Chooses modes and steps by trial. A reference with every mode and a tenth of the tolerance runs up to 20
 /// ms (less where `duration` [s] ends) beyond the first touch, where trajectories have not parted yet; then
 /// every mode at four times the tolerance asked, tightened by four until the error is below half of what is
-/// asked; then fewer modes, from a quarter of static_mode_limit() upwards by octaves: the first that keeps
-/// below half is taken. docs: modal_stepping.md. Where nothing touches within the duration, nothing is tried: the tolerance stands and
-/// estimated_error is 0. Where no trial meets the tolerance, the loosest one that errs little more than the
-/// best is taken, and the estimated error tells. `options.tolerance` is what is asked; `settle`: trials start
-/// from the static rest; `progress` is called now and then with the time that a trial has reached [s], false
-/// stops; `levels`: tries as well what four times the stepper's tolerance and half the highest mode would
-/// give.
+/// asked; then fewer modes, from `first_cut_hz` upwards by octaves: the first that keeps below half is taken.
+/// docs: modal_stepping.md. Where nothing touches within the duration, nothing is tried: the tolerance stands
+/// and estimated_error is 0. Where no trial meets the tolerance, the loosest one that errs little more than
+/// the best is taken, and the estimated error tells. `options.tolerance` is what is asked; `settle`: trials
+/// start from the static rest; `progress` is called now and then with the time that a trial has reached [s],
+/// false stops; `levels`: tries as well what four times the stepper's tolerance and half the highest mode
+/// would give.
 AccuracyChoice choose_accuracy(const std::vector<ModalBody>& bodies, const std::vector<ContactPoint>& points,
-                               const PrescribedMotion& motion, double highest_hz, double duration,
+                               const PrescribedMotion& motion, double first_cut_hz, double duration,
                                const ModalSteppingOptions& options, bool settle,
                                const std::function<bool(double)>& progress = {}, bool levels = false);
 

@@ -112,8 +112,21 @@ bool take_over(const StepCheck& check, const RunContext& run) {
         "estimated error is {:.2g} of the largest displacement; a shorter step, or the modal method to a "
         "tolerance, would follow them",
         report.step, report.error_checked_until, report.estimated_error));
+  } else if (report.tolerance > 0.0 && report.estimated_error > report.tolerance) {
+    run.warn(fmt::format(
+        "the tolerance of {:g} is not met: at newmark's step of {:.3g} s the error estimated up to "
+        "{:.3g} s, soon after the first touch, is {:.2g} of the largest displacement; the modal "
+        "method chooses its steps by it",
+        report.tolerance, report.step, report.error_checked_until, report.estimated_error));
   }
   return !check.interrupted;
+}
+
+/// Whether its first part excites what the rest does.
+bool is_steady(const Excitation& excitation) {
+  using Kind = Excitation::Kind;
+  return excitation.kind == Kind::sine || excitation.kind == Kind::random ||
+         excitation.kind == Kind::multisine;
 }
 
 /// Modes and steps from the tolerance, told in the report. With a fixed step every mode is stepped. False:
@@ -136,8 +149,10 @@ bool set_accuracy(const RunContext& run, const std::vector<ModalBody>& bodies, b
     report.highest_mode_hz = options.highest_mode_hz;
     return true;
   }
-  const AccuracyChoice choice = choose_accuracy(bodies, run.plan.points, at, motion.highest_hz(), duration,
-                                                options, settled, run.progress, run.levels);
+  const AccuracyChoice choice = choose_accuracy(
+      bodies, run.plan.points, at,
+      first_cut_hz(motion.highest_hz(), options.tolerance, is_steady(run.scene.simulation->excitation)),
+      duration, options, settled, run.progress, run.levels);
   if (choice.interrupted) return false;
   options.highest_mode_hz = choice.highest_mode_hz;
   options.tolerance = choice.tolerance;

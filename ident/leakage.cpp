@@ -20,6 +20,8 @@ void take_out_leakage(Mode& mode, double leakage_hz, fem::Damping damping) {
   mode.loss_factor /= 1.0 + widening;
   mode.loss_factor_sigma =
       std::hypot(mode.loss_factor_sigma / (1.0 + widening), leakage_doubt * widening * mode.loss_factor);
+  mode.circle_loss_factor /= 1.0 + widening;
+  mode.resolves_from *= 1.0 + widening;
   mode.damping_ratio = 0.5 * mode.loss_factor;
   const Pole pole{mode.natural_frequency_hz, mode.loss_factor};
   mode.lower_half_power_hz = lower_half_power_hz(pole, damping);

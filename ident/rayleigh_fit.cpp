@@ -7,6 +7,7 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <unsupported/Eigen/SpecialFunctions>
 
 #include "fem/error.hpp"
 #include "ident/least_squares.hpp"
@@ -53,8 +54,8 @@ RayleighFit fit_stiffness_part_alone(const Eigen::MatrixX2d& a, const Eigen::Vec
   return fit;
 }
 
-double misfit(const Eigen::MatrixX2d& weighted, const Eigen::VectorXd& b, const fem::Rayleigh& rayleigh) {
-  const Eigen::Index freedom = b.size() - 2;
+double misfit(const Eigen::MatrixX2d& weighted, const Eigen::VectorXd& b, const fem::Rayleigh& rayleigh,
+              int freedom) {
   if (freedom < 1) return 0.0;
   const Eigen::ArrayXd told = weighted * Eigen::Vector2d(rayleigh.alpha, rayleigh.beta);
   const double off = (told / b.array() - 1.0).square().sum() / static_cast<double>(freedom);
@@ -90,7 +91,10 @@ RayleighFit fit_rayleigh(const Eigen::VectorXd& frequency_hz, const Eigen::Vecto
   fit.alpha_at_bound = solution.at_bound[0];
   fit.beta_at_bound = solution.at_bound[1];
   fit.rms = solution.rms();
-  fit.misfit = misfit(weighted, b, fit.rayleigh);
+  const int freedom = solution.degrees_of_freedom();  // a bound that holds gives one back
+  fit.misfit = misfit(weighted, b, fit.rayleigh, freedom);
+  if (freedom > 0)
+    fit.chance = Eigen::numext::igammac(0.5 * freedom, 0.5 * freedom * fit.rms * fit.rms);  // chi-square
   const Eigen::Vector2d error = std::max(1.0, fit.rms) * solution.covariance.diagonal().cwiseSqrt();
   fit.alpha_sigma = error[0] / scale[0];
   fit.beta_sigma = error[1] / scale[1];

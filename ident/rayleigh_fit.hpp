@@ -17,6 +17,7 @@ struct RayleighFit {
   double rms = 0.0;     ///< weighted rms of the residuals in zeta, over sigma
   double misfit = 0.0;  ///< relative distance of the modes from the curve, rms per degree of freedom, less
                         ///< what their sigmas explain; 0 without a degree of freedom
+  double chance = 1.0;  ///< of residuals this large where the curve holds; 1 without a degree of freedom
   bool determined = false;  ///< false when all modes share one frequency (as a single one does): then alpha
                             ///< is 0 with infinite sigma and beta alone carries the damping
 };

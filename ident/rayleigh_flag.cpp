@@ -4,7 +4,7 @@ namespace struna::ident {
 
 RayleighFlag rayleigh_flag(const RayleighFit& fit) {
   if (!fit.determined) return RayleighFlag::one_mode;
-  if (fit.misfit > contradicted_misfit) return RayleighFlag::contradicted;
+  if (fit.misfit > contradicted_misfit && fit.chance < contradicted_chance) return RayleighFlag::contradicted;
   return fit.rms == 0.0 ? RayleighFlag::two_modes : RayleighFlag::none;  // no degree of freedom
 }
 

@@ -15,7 +15,7 @@ namespace {
 constexpr double least_lines = 64.0, most_lines = 4000.0;  // of a window
 constexpr double window_width = 0.6;                       // of its upper end
 constexpr double overlap = 0.4;                            // of two windows, of the width
-constexpr long lines_per_order = 4;
+constexpr long lines_per_order = 4, fewest_lines = 2 * lines_per_order;
 constexpr double zoom_bandwidths = 6.0;  // either side of a column; enough beside a trend
 constexpr double least_zoom_lines = 48.0;
 constexpr double zoom_territory = 3.0;  // bandwidths either side that the zoom tells
@@ -256,7 +256,14 @@ void gather_columns(std::vector<OrderPole>& poles, int least_orders, Found& foun
 
 // ---- windows ----
 
+long lines_in(const TransferFunction& tf, const Span& span) {
+  return std::count_if(tf.frequency_hz.begin(), tf.frequency_hz.end(),
+                       [&](double f) { return span.holds(f); });
+}
+
+// Nothing where lines are missing (those that an excitation did not reach): no order is analysed there.
 Found analysed(const TransferFunction& tf, StabilisationWindow window, const StabilisationOptions& options) {
+  if (lines_in(tf, window.lines) < fewest_lines) return {window, {}, {}};
   const TransferFunction lines = lines_within(tf, window.lines);
   window.max_order =
       static_cast<int>(std::min<long>(options.max_order, std::max(1L, lines.lines() / lines_per_order)));

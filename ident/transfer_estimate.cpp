@@ -339,10 +339,13 @@ class Estimation {
     estimate.effective_averages = spectra.effective_averages;
     estimate.window = spectra.window;
     estimate.warnings = std::move(spectra.warnings);
-    // Hits and sweeps decay within their segment; H2 and its kin leak otherwise, by how much is not told.
-    if (spectra.window != Window::hann)
+    // Hits, and sweeps for which the program takes one segment, decay within it. By how much other windows,
+    // H2 and its kin leak is not told.
+    const bool decays = options_.welch.impact ||
+                        (options_.welch.window == Window::automatic && spectra.window != Window::hann);
+    if (decays)
       estimate.function.leakage_hz = 0.0;
-    else if (options_.ratio == Estimator::h1)
+    else if (spectra.window == Window::hann && options_.ratio == Estimator::h1)
       estimate.function.leakage_hz = spectra.resolution_hz;
     return estimate;
   }

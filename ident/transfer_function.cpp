@@ -100,7 +100,8 @@ std::vector<long> usable_lines(const Spectra& spectra, Estimator estimator) {
   const double rounding = 1e-24 * spectra.input_auto.maxCoeff();
   std::vector<long> lines;
   for (long i = 1; i < spectra.frequency_hz.size(); ++i) {
-    if (spectra.frequency_hz[i] > nyquist - 0.25 * spectra.resolution_hz || !(spectra.input_auto[i] > rounding))
+    if (spectra.frequency_hz[i] > nyquist - 0.25 * spectra.resolution_hz ||
+        !(spectra.input_auto[i] > rounding))
       continue;
     const bool divides_by_cross = estimator == Estimator::h2 || estimator == Estimator::hv;
     if (divides_by_cross && !(spectra.cross.row(i).cwiseAbs().minCoeff() > 0.0)) continue;

@@ -26,14 +26,21 @@ Pole without_window(const Pole& pole, double decay, fem::Damping damping) {
 
 namespace {
 
-// Columns have lost poles as well: their numbers stay.
 void take_out(double decay, fem::Damping damping, Stabilisation& stabilisation) {
+  std::vector<int> place;  // of each column among those that stay
+  std::vector<StableColumn> columns;
+  for (StableColumn& column : stabilisation.columns) {
+    column.pole = without_window(column.pole, decay, damping);
+    const bool stays = column.pole.loss_factor > 0.0;
+    place.push_back(stays ? static_cast<int>(columns.size()) : -1);
+    if (stays) columns.push_back(std::move(column));
+  }
+  stabilisation.columns = std::move(columns);
   std::erase_if(stabilisation.poles, [&](OrderPole& found) {
     found.pole = without_window(found.pole, decay, damping);
+    if (found.column >= 0) found.column = place[static_cast<std::size_t>(found.column)];
     return !(found.pole.loss_factor > 0.0);
   });
-  for (StableColumn& column : stabilisation.columns)
-    column.pole = without_window(column.pole, decay, damping);
 }
 
 }  // namespace

@@ -6,7 +6,7 @@
 namespace struna::apps {
 namespace {
 
-TEST(Limits, PairsAreTrueWhereHalfOfTheModesAreThereWhateverTheScenesModulus) {
+TEST(Limits, PairsAreTrueWhereNoModeIsMissingWhateverIsSpuriousAndTheScenesModulus) {
   LimitRun run;
   run.seeds = 1;
   run.every = 2;

@@ -124,7 +124,8 @@ TEST(AccuracyChoice, TheErrorAgainstARefinedRunIsWithinTheTolerance) {
       ModalSteppingOptions options;
       options.tolerance = tolerance;
       const AccuracyChoice choice =
-          choose_accuracy(c.bodies, c.plan.points, c.motion, c.highest_hz, 0.1, options, false);
+          choose_accuracy(c.bodies, c.plan.points, c.motion,
+                          first_cut_hz(c.highest_hz, options.tolerance, true), 0.1, options, false);
       EXPECT_LE(choice.estimated_error, tolerance);
       EXPECT_LE(choice.estimated_error, tolerance);
       EXPECT_GT(choice.checked_until, choice.checked_from);
@@ -161,8 +162,9 @@ TEST(AccuracyChoice, LeavesModesToStaticsWhereTheToleranceAllows) {
   const auto modes = [&](double tolerance) {
     ModalSteppingOptions options;
     options.tolerance = tolerance;
-    const AccuracyChoice choice = choose_accuracy(fine_mesh.bodies, fine_mesh.plan.points, fine_mesh.motion,
-                                                  fine_mesh.highest_hz, 0.1, options, false);
+    const AccuracyChoice choice =
+        choose_accuracy(fine_mesh.bodies, fine_mesh.plan.points, fine_mesh.motion,
+                        first_cut_hz(fine_mesh.highest_hz, tolerance, true), 0.1, options, false);
     options.highest_mode_hz = choice.highest_mode_hz;
     const ModalStepper stepper(fine_mesh.bodies, fine_mesh.plan.points, fine_mesh.motion, options);
     return stepper.report().modes;

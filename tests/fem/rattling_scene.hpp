@@ -157,7 +157,8 @@ inline SizedRun size_run(const RattlingScene& rattling, bool with_cost = true) {
   options.tolerance = rattling.tolerance;
   options.keep_events = false;
   sized.choice = choose_accuracy(
-      run.bodies, run.points, [&](double t) { return rattling.motion.at(t); }, rattling.motion.highest_hz(),
+      run.bodies, run.points, [&](double t) { return rattling.motion.at(t); },
+      first_cut_hz(rattling.motion.highest_hz(), rattling.tolerance, true),
       rattling.scene.simulation->duration, options, false);
   const double from = sized.choice.checked_from, until = sized.choice.checked_until;
   options.tolerance = 0.05 * rattling.tolerance;

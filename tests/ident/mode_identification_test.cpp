@@ -172,6 +172,19 @@ TEST(ModeIdentification, ModeThreeBandwidthsBeyondTheBandDoesNotBiasTheLastOneIn
   EXPECT_LT(squares / seeds, 2.0);
 }
 
+TEST(ModeIdentification, LinesThatAreMissingDoNotStopIt) {
+  // An excitation that reaches 10 to 100 and 600 to 1000 Hz only: nothing between is told.
+  Eigen::VectorXd f(lines(10.0, 100.0, 0.25).size() + lines(600.0, 1000.0, 0.25).size());
+  f << lines(10.0, 100.0, 0.25), lines(600.0, 1000.0, 0.25);
+  TransferFunction tf = function_of({peak_of(40.0, 0.03, {1.0, 0.6}), peak_of(750.0, 0.01, {0.9, -0.7})}, f,
+                                    FrfKind::receptance);
+  add_noise(tf, {0.01, 0.01}, 1);
+  const ModeSet set = identify_modes(tf);
+  ASSERT_EQ(set.modes.size(), 2u);
+  EXPECT_NEAR(set.modes[0].loss_factor, 0.03, 4.0 * set.modes[0].loss_factor_sigma);
+  EXPECT_NEAR(set.modes[1].loss_factor, 0.01, 4.0 * set.modes[1].loss_factor_sigma);
+}
+
 TEST(ModeIdentification, WhereTheBandStartsDoesNotMatter) {
   const TransferFunction tf = eight_mode_set(0.01, 2);
   ModeOptions options;

@@ -53,6 +53,24 @@ TEST(RayleighFit, IsFlaggedWhereModesAreTooFewOrContradictIt) {
   EXPECT_EQ(to_string(RayleighFlag::none), "");
 }
 
+TEST(RayleighFit, NoiseAloneDoesNotContradictAndABoundDoes) {
+  // Modes known to 8 % of true Rayleigh damping: chance < 0.001, so one fit in 400 at most with luck.
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  int contradicted = 0;
+  for (int trial = 0; trial < 400; ++trial) {
+    Eigen::VectorXd zeta = damping_ratio({20.0, 8e-6}, wire_frequency);
+    const Eigen::VectorXd sigma = 0.08 * zeta;
+    for (long i = 0; i < zeta.size(); ++i) zeta[i] += sigma[i] * normal(random);
+    contradicted += rayleigh_flag(fit_rayleigh(wire_frequency, zeta, sigma)) == RayleighFlag::contradicted;
+  }
+  EXPECT_LE(contradicted, 2);
+  // Damping that rises as f^1.5 asks for a negative alpha; held at zero, two modes have one degree of freedom.
+  const RayleighFit bound = fit_rayleigh(vector({50.0, 200.0}), vector({0.005, 0.04}), vector({5e-5, 4e-4}));
+  ASSERT_TRUE(bound.alpha_at_bound);
+  EXPECT_EQ(rayleigh_flag(bound), RayleighFlag::contradicted);
+}
+
 TEST(RayleighFit, MisfitIsTheCurvesOwnErrorHoweverWellTheModesAreKnown) {
   // Constant damping at three frequencies, the outer two equally far from the middle one in ln f: the curve
   // runs above it there and below at the ends, and the noise that is allowed for is subtracted in square.
