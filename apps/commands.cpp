@@ -5,10 +5,12 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
 #include <new>
 
 #include "apps/console.hpp"
 #include "apps/toml_table.hpp"
+#include "fem/error.hpp"
 
 namespace struna::apps {
 namespace {
@@ -72,6 +74,16 @@ bool may_read(const CLI::Option& option) {
   return option.get_positional() || type.rfind(read_file, 0) == 0 || type == "TEXT";
 }
 
+/// Of several files to write, one that cannot be would leave the others behind.
+void require_folders(const std::vector<std::pair<std::string, std::string>>& written) {
+  if (written.size() < 2) return;
+  for (const auto& [option, file] : written) {
+    const std::filesystem::path folder = std::filesystem::path(file).parent_path();
+    if (!folder.empty() && !std::filesystem::is_directory(folder))
+      throw Error(file, 0, "cannot be written: there is no folder " + folder.string());
+  }
+}
+
 /// No command writes over what it reads, told before anything is read.
 void check_files(const CLI::App& command) {
   std::vector<std::pair<std::string, std::string>> written;
@@ -85,6 +97,7 @@ void check_files(const CLI::App& command) {
     }
   }
   refuse_overwriting(written, read);
+  require_folders(written);
 }
 
 void add_commands(CLI::App& app) {

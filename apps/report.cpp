@@ -8,6 +8,7 @@
 #include "apps/report_page.hpp"
 #include "apps/scene_fit.hpp"
 #include "fem/error.hpp"
+#include "ident/rayleigh_flag.hpp"
 
 namespace struna::apps {
 
@@ -195,7 +196,8 @@ json rayleigh(const ident::RayleighFit& fit, const Eigen::VectorXd& frequency) {
   json entry = {{"determined", fit.determined},           {"alpha", number(fit.rayleigh.alpha)},
                 {"beta", number(fit.rayleigh.beta)},      {"alphaSigma", number(fit.alpha_sigma, 4)},
                 {"betaSigma", number(fit.beta_sigma, 4)}, {"alphaAtBound", fit.alpha_at_bound},
-                {"betaAtBound", fit.beta_at_bound},       {"rms", number(fit.rms, 4)}};
+                {"betaAtBound", fit.beta_at_bound},       {"rms", number(fit.rms, 4)},
+                {"misfit", number(fit.misfit, 2)},        {"flag", to_string(ident::rayleigh_flag(fit))}};
   entry["curve"] = curve(frequency, [&](double f) { return fem::rayleigh_damping_ratio(fit.rayleigh, f); });
   return entry;
 }

@@ -196,6 +196,8 @@
     if (identified.rayleighKnown)
       host.append(el('p', {}, `Rayleigh coefficients: α = ${uncertain(rayleigh.alpha, rayleigh.alphaSigma)} 1/s, β = ${uncertain(rayleigh.beta, rayleigh.betaSigma)} s; ` +
         `residual ${format(rayleigh.rms, 3)} standard deviations.` +
+        (rayleigh.flag === 'contradicted' ? ` Contradicted: the modes lie ${format(100 * rayleigh.misfit, 2)} % off this curve; their damping is of another form.` : '') +
+        (rayleigh.flag === 'two_modes' ? ' Two modes only: nothing has tested whether damping has this form.' : '') +
         (rayleigh.determined ? '' : ' One frequency alone cannot tell them apart: β carries all the damping.')));
   }
 

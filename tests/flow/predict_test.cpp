@@ -272,10 +272,10 @@ TEST(Fit, BlamesTheSceneAndTheOptionThatAreAtFault) {
 }
 
 TEST(Identify, TellsWhenNoModeIsTrustedForItsDamping) {
-  // Hann segments with lines every 5 Hz: too few in every half-power band for a loss factor.
+  // Hann segments with lines every 8 Hz: too few in every half-power band for a loss factor.
   const Folder folder;
   std::string study = read_text(sample_data("wire_in_band/study.toml"));
-  study = replaced(study, "resolution = 0.35", "estimator = \"welch\"\nresolution = 5.0");
+  study = replaced(study, "resolution = 0.35", "estimator = \"welch\"\nresolution = 8.0");
   for (const char* name : {"bare_scene.toml", "bare.csv"})
     study =
         replaced(study, std::string("\"") + name, "\"" + sample_data("wire_in_band").string() + "/" + name);

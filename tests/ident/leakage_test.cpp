@@ -38,8 +38,8 @@ std::complex<double> seen(double f_hz, double line_hz) {
 TransferFunction seen_through(double line_hz) {
   TransferFunction tf;
   const long lines = std::lround(40.0 * bandwidth_hz / line_hz);
-  tf.frequency_hz =
-      frequency_hz - 20.0 * bandwidth_hz + line_hz * Eigen::ArrayXd::LinSpaced(lines, 0.0, lines - 1.0);
+  tf.frequency_hz = frequency_hz - 20.0 * bandwidth_hz +
+                    line_hz * Eigen::ArrayXd::LinSpaced(lines, 0.0, static_cast<double>(lines - 1));
   tf.leakage_hz = line_hz;
   TransferFunction::Output output{"motion", FrfKind::receptance, "m/N", {}, {}, {}};
   output.value =

@@ -52,7 +52,9 @@ TEST_F(ModeFile, RoundTripKeepsTenDigits) {
       EXPECT_NEAR(b.damping_ratio / a.damping_ratio, 1.0, 1e-9);
       EXPECT_EQ(b.flags, a.flags);
       EXPECT_EQ(std::isnan(b.resolves_from), r == 2);
-      if (r != 2) EXPECT_NEAR(b.resolves_from / a.resolves_from, 1.0, 1e-9);
+      if (r != 2) {
+        EXPECT_NEAR(b.resolves_from / a.resolves_from, 1.0, 1e-9);
+      }
       EXPECT_EQ(b.stable_orders, a.stable_orders);
       EXPECT_EQ(b.orders, a.orders);
       EXPECT_GE(b.orders, 10);

@@ -43,7 +43,9 @@ TEST(TransferFunctionFile, WhatIsWrittenIsReadAgain) {
       EXPECT_TRUE(warnings.empty());
       EXPECT_EQ(again.exponential_decay, decay);
       EXPECT_EQ(std::isnan(again.leakage_hz), decay == 0.0);
-      if (decay > 0.0) EXPECT_EQ(again.leakage_hz, tf.leakage_hz);
+      if (decay > 0.0) {
+        EXPECT_EQ(again.leakage_hz, tf.leakage_hz);
+      }
       ASSERT_EQ(again.outputs.size(), 2U);
       EXPECT_TRUE(again.frequency_hz.isApprox(tf.frequency_hz, 1e-12));  // thirteen digits
       for (std::size_t k = 0; k < 2; ++k) {
