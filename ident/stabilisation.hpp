@@ -12,7 +12,7 @@ namespace struna::ident {
 
 struct StabilisationOptions {
   fem::Damping damping = fem::Damping::structural;
-  int max_order = 12;  ///< 4 to 60; less in windows with fewer than four lines an order
+  int max_order = 14;  ///< 4 to 60; less in windows with fewer than four lines an order
   // How far a stable pole may move from one order to the next.
   double frequency_tolerance = 0.2;     ///< in bandwidths; above 0, up to 0.5
   double loss_factor_tolerance = 0.25;  ///< relative; above 0, up to 0.5
