@@ -55,10 +55,7 @@ Run run_of(const fem::Scene& scene, const fem::MotionHistory& motion) {
   for (long i = 0; i < run.path.rows(); ++i)
     run.path.row(i) = map.penetration.row(i * stride).array() + map.gap;
   const auto& warnings = response.report.warnings;
-  run.warned = std::any_of(warnings.begin(), warnings.end(), [](const std::string& warning) {
-    return warning.find("too long for the contacts") != std::string::npos ||
-           warning.find("is not met") != std::string::npos;
-  });
+  run.warned = told(warnings, "too long for the contacts") || told(warnings, "is not met");
   run.checked = static_cast<long>(response.report.error_checked_until / response.sample_interval);
   return run;
 }

@@ -136,11 +136,7 @@ LimitMap damping_in_time_limits(const LimitRun& run) {
       trial.seed = seed;
       trial.error = distance_from_harmonic(response, draw, fem::multisine_period(scene.simulation->duration));
       trial.tolerance = force_tolerance;
-      const auto& warnings = response.report.warnings;
-      const bool told = std::any_of(warnings.begin(), warnings.end(), [](const std::string& warning) {
-        return warning.find("no causal material") != std::string::npos;
-      });
-      if (told) trial.flags = "causal";
+      if (told(response.report.warnings, "no causal material")) trial.flags = "causal";
       map.trials.push_back(std::move(trial));
     }
   });

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -112,6 +113,11 @@ LimitAxis LimitRun::axis(std::string name, std::vector<double> values) const {
   for (std::size_t i = 0; i < values.size(); ++i)
     if (i % step == 0 || i + 1 == values.size()) thinned.values.push_back(values[i]);
   return thinned;
+}
+
+bool told(const std::vector<std::string>& warnings, const std::string& words) {
+  return std::any_of(warnings.begin(), warnings.end(),
+                     [&](const std::string& warning) { return warning.find(words) != std::string::npos; });
 }
 
 void for_each_place(const std::vector<LimitAxis>& axes,

@@ -77,6 +77,9 @@ struct LimitRun {
   LimitAxis axis(std::string name, std::vector<double> values) const;  ///< thinned by `every`
 };
 
+/// Whether one of a run's warnings holds these words: the sign that a map is about.
+bool told(const std::vector<std::string>& warnings, const std::string& words);
+
 /// Calls `visit` with every combination of the axes' values, the last axis slowest.
 void for_each_place(const std::vector<LimitAxis>& axes,
                     const std::function<void(const std::vector<double>&)>& visit);

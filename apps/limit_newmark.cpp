@@ -1,6 +1,5 @@
 #include "apps/limit_newmark.hpp"
 
-#include <algorithm>
 #include <numbers>
 
 #include "fem/simulation.hpp"
@@ -65,11 +64,7 @@ LimitMap newmark_limits(const LimitRun& run) {
         trial.seed = seed;
         trial.error = (response.output.col(0) - reference).norm() / reference.norm();
         trial.tolerance = force_tolerance;
-        const auto& warnings = response.report.warnings;
-        const bool told = std::any_of(warnings.begin(), warnings.end(), [](const std::string& warning) {
-          return warning.find("newmark's step") != std::string::npos;
-        });
-        if (told) trial.flags = "step";
+        if (told(response.report.warnings, "newmark's step")) trial.flags = "step";
         map.trials.push_back(std::move(trial));
       }
     }

@@ -84,13 +84,6 @@ double distance(const Level& level, const Level& wall) {
   return std::max(std::abs(level.rms / wall.rms - 1.0), std::abs(level.peak / wall.peak - 1.0));
 }
 
-bool told_soft(const fem::TimeResponse& response) {
-  const auto& warnings = response.report.warnings;
-  return std::any_of(warnings.begin(), warnings.end(), [](const std::string& warning) {
-    return warning.find("to stand for a wall") != std::string::npos;
-  });
-}
-
 }  // namespace
 
 LimitMap penalty_limits(const LimitRun& run) {
@@ -119,7 +112,7 @@ LimitMap penalty_limits(const LimitRun& run) {
         trial.seed = seed;
         trial.error = distance(level_of(response), wall);
         trial.tolerance = displacement_tolerance;
-        if (told_soft(response)) trial.flags = "soft";
+        if (told(response.report.warnings, "to stand for a wall")) trial.flags = "soft";
         map.trials.push_back(std::move(trial));
       }
     }

@@ -1,7 +1,5 @@
 #include "apps/limit_transfer.hpp"
 
-#include <algorithm>
-
 #include "apps/limit_modes.hpp"
 #include "apps/measured_transfer.hpp"
 #include "apps/shaken_wire.hpp"
@@ -34,11 +32,8 @@ LimitTrial trial_of(const ShakenWire& wire, const ident::Record& record, Transfe
     const ident::Mode* const mode = mode_near(modes, truth);
     trial.refused = mode == nullptr;
     if (mode != nullptr) judge_mode(*mode, truth, trial);
-    const bool told =
-        std::any_of(measured.warnings.begin(), measured.warnings.end(), [](const std::string& warning) {
-          return warning.find("in the half-power band") != std::string::npos;
-        });
-    if (told) trial.flags += trial.flags.empty() ? "few_lines" : ";few_lines";
+    if (told(measured.warnings, "in the half-power band"))
+      trial.flags += trial.flags.empty() ? "few_lines" : ";few_lines";
   } catch (const Error&) {
     trial.refused = true;
   }

@@ -5,12 +5,12 @@
 #include <limits>
 #include <utility>
 
+#include "fem/contact_trial.hpp"
 #include "fem/error.hpp"
 
 namespace struna::fem {
 namespace {
 
-constexpr double window = 0.02;    ///< checked beyond the first touch [s]
 constexpr double interval = 2e-5;  ///< between looks [s]; static modes are most wrong just after a touch
 constexpr double share = 0.5;      ///< of the tolerance that a trial may use up
 
@@ -32,17 +32,6 @@ struct TrialSetup {
   const std::function<bool(double)>& progress;
 };
 
-/// Thrown through the trials when the user has had enough.
-struct Interrupted {};
-
-bool touching(const ModalStepper& stepper, int points) {
-  if (stepper.report().events > 0) return true;
-  for (int i = 0; i < points; ++i) {
-    if (stepper.penetration(i) > 0.0) return true;
-  }
-  return false;
-}
-
 /// Runs to `from`, or to the first touch where `from` is negative, and records the window beyond.
 Trial run_trial(const TrialSetup& setup, const ModalSteppingOptions& options, double from) {
   ModalStepper stepper(setup.bodies, setup.points, setup.motion, options);
@@ -55,14 +44,14 @@ Trial run_trial(const TrialSetup& setup, const ModalSteppingOptions& options, do
     const double t = static_cast<double>(look) * interval;
     const bool stop = look % 256 == 0;  // now and then, to be asked whether to go on
     if (t < trial.from && !stop) continue;
-    if (stop && setup.progress && !setup.progress(t)) throw Interrupted();
+    if (stop && setup.progress && !setup.progress(t)) throw TrialInterrupted();
     stepper.advance(t);
     if (t < trial.from) continue;
     if (trial.from < 0.0) {
-      if (!touching(stepper, points)) continue;
+      if (!touching(stepper, setup.points.size())) continue;
       trial.from = t;
     }
-    if (t > trial.from + window) break;
+    if (t > trial.from + checked_beyond_touch) break;
     for (int i = 0; i < points; ++i) trial.path.push_back(stepper.offset(i));
     trial.until = t;
   }
@@ -168,7 +157,7 @@ AccuracyChoice choose_accuracy(const std::vector<ModalBody>& bodies, const std::
                                const std::function<bool(double)>& progress, bool levels) {
   try {
     return chosen({bodies, points, motion, duration, settle, progress}, first_cut_hz, asked, levels);
-  } catch (const Interrupted&) {
+  } catch (const TrialInterrupted&) {
     AccuracyChoice none;
     none.interrupted = true;
     return none;

@@ -3,33 +3,22 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fem/contact_trial.hpp"
+
 namespace struna::fem {
 namespace {
 
-constexpr double window = 0.02;          ///< checked beyond the first touch [s]
 constexpr double least_interval = 2e-5;  ///< between looks, of whole steps [s]
 constexpr double refinement = 4.0;       ///< of the step
 /// Distance from a quarter of the step to error. Of first order it would be 4/3; over maps of steps and
 /// contacts (docs/limits.md) it is that of second order.
 constexpr double of_second_order = 16.0 / 15.0;
 
-/// Thrown through the trials when the user has had enough.
-struct Interrupted {};
-
 void start(NewmarkStepper& stepper, bool settle) {
   settle ? stepper.settle() : stepper.follow_base();
 }
 void start(ModalStepper& stepper, bool settle) {
   if (settle) stepper.settle();
-}
-
-template <class Stepper>
-bool touching(const Stepper& stepper, std::size_t points) {
-  if (stepper.report().events > 0) return true;
-  for (std::size_t i = 0; i < points; ++i) {
-    if (stepper.penetration(static_cast<int>(i)) > 0.0) return true;
-  }
-  return false;
 }
 
 template <class Stepper>
@@ -45,7 +34,7 @@ StepCheck checked(const Bodies& bodies, const std::vector<ContactPoint>& points,
                   const std::function<bool(double)>& progress) {
   const double interval = options.step * std::ceil(least_interval / options.step);
   const auto asked_on = [&](long look, double t) {
-    if (look % 256 == 0 && progress && !progress(t)) throw Interrupted();
+    if (look % 256 == 0 && progress && !progress(t)) throw TrialInterrupted();
   };
   Stepper coarse(bodies, points, motion, options);
   start(coarse, settle);
@@ -57,7 +46,7 @@ StepCheck checked(const Bodies& bodies, const std::vector<ContactPoint>& points,
     coarse.advance(time_of(look));
     if (first < 0 && touching(coarse, points.size())) first = look;
     if (first >= 0) path.push_back(offsets(coarse, points.size()));
-    if (first >= 0 && time_of(look - first) >= window) break;
+    if (first >= 0 && time_of(look - first) >= checked_beyond_touch) break;
   }
   StepCheck check;
   if (first < 0) return check;
@@ -87,7 +76,7 @@ template <class Stepper, class... Arguments>
 StepCheck checked_unless_stopped(const Arguments&... arguments) {
   try {
     return checked<Stepper>(arguments...);
-  } catch (const Interrupted&) {
+  } catch (const TrialInterrupted&) {
     StepCheck none;
     none.interrupted = true;
     return none;

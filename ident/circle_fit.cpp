@@ -137,31 +137,11 @@ bool is_poor(const std::vector<OutputCircle>& circles, long lines) {
          scatter > poor_circle_scatter;
 }
 
-// The window's lines without residual terms, over their sigma, as looks_double asks for them.
-Eigen::MatrixXcd alone(const PoleFit& fit, const LinesOfPole& lines) {
-  Eigen::MatrixXcd values(lines.g.size(), lines.height.size());
-  for (long k = 0; k < values.cols(); ++k)
-    values.col(k) = (lines.height(k) * lines.g + fit.residual.col(k).cwiseProduct(lines.sigma.col(k))) /
-                    lines.sigma.col(k).mean();
-  return values;
-}
-
 // Whether two modes made the circle, by the rank of its lines or by the shape of what one leaves.
 void judge_second_pole(const PoleFit& fit, const TransferFunction& window, fem::Damping damping, Mode& mode) {
-  const Pole& pole = fit.poles.front();
-  const double scale = pole_scale(pole, damping);
-  LinesOfPole lines;
-  lines.g.resize(window.lines());
-  for (long i = 0; i < lines.g.size(); ++i)
-    lines.g(i) = scale * pole_function(pole, 2.0 * std::numbers::pi * window.frequency_hz(i), damping);
-  lines.height = fit.constant.row(0).transpose() / scale;
-  lines.sigma.resize(window.lines(), lines.height.size());
-  for (long k = 0; k < lines.height.size(); ++k)
-    lines.sigma.col(k) = window.outputs[static_cast<std::size_t>(k)].sigma;
-  lines.residual = fit.residual;
-  lines.line_correlation = fit.line_correlation;
+  LinesOfPole lines = lines_of_pole(fit, 0, window, 0, window.lines(), damping);
   const SecondPole beside_trend = second_pole(lines);
-  if (beside_trend.noticed || looks_double(alone(fit, lines), lines.g)) add_flag(mode, ModeFlag::double_mode);
+  if (beside_trend.noticed || looks_double(alone(lines), lines.g)) add_flag(mode, ModeFlag::double_mode);
   // The circle knows of no trend: a neighbour's tail bends it as a second pole does.
   lines.with_trend = false;
   const SecondPole second = second_pole(lines);

@@ -120,39 +120,16 @@ double GroupFit::assurance(long r, long s) const {
   return std::norm(a.dot(b)) / (a.squaredNorm() * b.squaredNorm());
 }
 
-Eigen::VectorXcd GroupFit::function_of(long r, long first, long last) const {
-  Eigen::VectorXcd g(last - first);
-  for (long i = first; i < last; ++i)
-    g(i - first) =
-        pole_function(pole(r), 2.0 * std::numbers::pi * window_->frequency_hz(i), options_.damping);
-  return g * pole_scale(pole(r), options_.damping);
-}
-
 SecondPole GroupFit::second_pole(long r) const {
   const auto [first, last] = lines_around(pole(r), reach_of_shape);
-  LinesOfPole lines;
-  lines.g = function_of(r, first, last);
-  lines.height = fit_.constant.row(r).transpose() / pole_scale(pole(r), options_.damping);
-  lines.sigma.resize(last - first, outputs());
-  for (long k = 0; k < outputs(); ++k)
-    lines.sigma.col(k) = window_->outputs[static_cast<std::size_t>(k)].sigma.segment(first, last - first);
-  lines.residual = fit_.residual.middleRows(first, last - first);
-  lines.line_correlation = fit_.line_correlation;
-  return ident::second_pole(lines);
+  return ident::second_pole(lines_of_pole(fit_, r, *window_, first, last, options_.damping));
 }
 
 bool GroupFit::is_double(long r) const {
   const auto [first, last] = lines_around(pole(r), 1.0);
-  const long n = last - first;
-  if (n < 1) return false;
-  const Eigen::VectorXcd g = function_of(r, first, last) / pole_scale(pole(r), options_.damping);
-  Eigen::MatrixXcd alone(n, outputs());
-  for (long k = 0; k < outputs(); ++k) {
-    const Eigen::VectorXd sigma = window_->outputs[static_cast<std::size_t>(k)].sigma.segment(first, n);
-    alone.col(k) = fit_.constant(r, k) * g + fit_.residual.col(k).segment(first, n).cwiseProduct(sigma);
-    alone.col(k) /= sigma.mean();
-  }
-  return looks_double(alone, g);
+  if (last - first < 1) return false;
+  const LinesOfPole lines = lines_of_pole(fit_, r, *window_, first, last, options_.damping);
+  return looks_double(alone(lines), lines.g);
 }
 
 std::string GroupFit::objection(long r) const {

@@ -54,8 +54,6 @@ class GroupFit {
   SecondPole second_pole(long r) const;
 
  private:
-  /// g of pole r, of height 1, on lines [first, last).
-  Eigen::VectorXcd function_of(long r, long first, long last) const;
   /// First line within so many bandwidths of a pole, and the one after the last.
   std::pair<long, long> lines_around(const Pole& pole, double bandwidths) const;
   const Pole& pole(long r) const { return fit_.poles[static_cast<std::size_t>(r)]; }

@@ -29,8 +29,7 @@ std::vector<long> block_starts(const TransferFunction& tf, const std::vector<Pol
 
 }  // namespace
 
-TransferFunction in_blocks(const TransferFunction& tf, const std::vector<Pole>& poles) {
-  const std::vector<long> starts = block_starts(tf, poles);
+TransferFunction in_blocks(const TransferFunction& tf, const std::vector<long>& starts) {
   const auto blocks = static_cast<long>(starts.size()) - 1;
   TransferFunction result = tf;
   result.frequency_hz.resize(blocks);
@@ -52,6 +51,10 @@ TransferFunction in_blocks(const TransferFunction& tf, const std::vector<Pole>& 
     }
   }
   return result;
+}
+
+TransferFunction in_blocks(const TransferFunction& tf, const std::vector<Pole>& poles) {
+  return in_blocks(tf, block_starts(tf, poles));
 }
 
 }  // namespace struna::ident

@@ -3,6 +3,7 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace struna::ident {
 namespace {
@@ -70,6 +71,33 @@ double chi_square_quantile(double freedom, double deviation) {
 
 double noticed_noncentrality(double threshold, double freedom) {
   return std::pow(std::sqrt(threshold) + normal_95, 2.0) - (freedom - 1.0);
+}
+
+LinesOfPole lines_of_pole(const PoleFit& fit, long r, const TransferFunction& window, long first, long last,
+                          fem::Damping damping) {
+  const Pole& pole = fit.poles[static_cast<std::size_t>(r)];
+  const double scale = pole_scale(pole, damping);
+  const long lines = last - first;
+  LinesOfPole of;
+  of.g.resize(lines);
+  for (long i = 0; i < lines; ++i)
+    of.g(i) = pole_function(pole, 2.0 * std::numbers::pi * window.frequency_hz(first + i), damping);
+  of.g *= scale;
+  of.height = fit.constant.row(r).transpose() / scale;
+  of.sigma.resize(lines, of.height.size());
+  for (long k = 0; k < of.height.size(); ++k)
+    of.sigma.col(k) = window.outputs[static_cast<std::size_t>(k)].sigma.segment(first, lines);
+  of.residual = fit.residual.middleRows(first, lines);
+  of.line_correlation = fit.line_correlation;
+  return of;
+}
+
+Eigen::MatrixXcd alone(const LinesOfPole& lines) {
+  Eigen::MatrixXcd values(lines.g.size(), lines.height.size());
+  for (long k = 0; k < values.cols(); ++k)
+    values.col(k) = (lines.height(k) * lines.g + lines.residual.col(k).cwiseProduct(lines.sigma.col(k))) /
+                    lines.sigma.col(k).mean();
+  return values;
 }
 
 SecondPole second_pole(const LinesOfPole& lines) {

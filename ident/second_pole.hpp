@@ -3,6 +3,8 @@
 #include <Eigen/Core>
 #include <limits>
 
+#include "ident/pole_fit.hpp"
+
 namespace struna::ident {
 
 /// The lines around one pole, and what its fit left of them.
@@ -14,6 +16,14 @@ struct LinesOfPole {
   bool with_trend = true;         ///< whether a trend is a neighbour's tail, no sign of a second pole
   double line_correlation = 1.0;  ///< neighbouring lines that are worth one; counted up to 2.5
 };
+
+/// Of pole r of a fit, on its window's lines [first, last).
+LinesOfPole lines_of_pole(const PoleFit& fit, long r, const TransferFunction& window, long first, long last,
+                          fem::Damping damping);
+
+/// The lines without the other poles and the residual terms, each output over its mean sigma, as
+/// looks_double() asks for them.
+Eigen::MatrixXcd alone(const LinesOfPole& lines);
 
 struct SecondPole {
   bool noticed = false;  ///< the residual has what two poles leave to one

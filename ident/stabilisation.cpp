@@ -8,6 +8,7 @@
 
 #include "fem/error.hpp"
 #include "ident/common_denominator.hpp"
+#include "ident/line_blocks.hpp"
 
 namespace struna::ident {
 namespace {
@@ -58,24 +59,9 @@ TransferFunction lines_within(const TransferFunction& tf, const Span& span) {
   const TransferFunction cut = restrict_band(tf, span.lo_hz, span.hi_hz);
   const auto each = static_cast<long>(std::ceil(static_cast<double>(cut.lines()) / most_lines));
   if (each == 1) return cut;
-  const long blocks = cut.lines() / each;
-  TransferFunction result = cut;
-  result.frequency_hz.resize(blocks);
-  for (auto& output : result.outputs) {
-    output.value.resize(blocks);
-    output.sigma.resize(blocks);
-    output.coherence.resize(0);
-  }
-  for (long b = 0; b < blocks; ++b) {
-    result.frequency_hz(b) = cut.frequency_hz.segment(b * each, each).mean();
-    for (std::size_t k = 0; k < cut.outputs.size(); ++k) {
-      const Eigen::ArrayXd weight = cut.outputs[k].sigma.segment(b * each, each).array().square().inverse();
-      result.outputs[k].value(b) =
-          (weight * cut.outputs[k].value.segment(b * each, each).array()).sum() / weight.sum();
-      result.outputs[k].sigma(b) = 1.0 / std::sqrt(weight.sum());
-    }
-  }
-  return result;
+  std::vector<long> starts;
+  for (long start = 0; start <= cut.lines(); start += each) starts.push_back(start);
+  return in_blocks(cut, starts);
 }
 
 // From the top down, each from 0.4 of its upper end on or least_lines wide, overlapping by two fifths; the
