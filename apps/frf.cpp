@@ -154,9 +154,7 @@ void add_frf(CLI::App& app) {
       ->type_name("NAME");
   frf->add_option("--resolution", welch.resolution_hz, "line spacing; default: from the records' duration")
       ->type_name("HZ")
-      ->check([](const std::string& text) {
-        return std::atof(text.c_str()) > 0.0 ? "" : "must be above 0 Hz, got " + text;
-      });
+      ->check(refusal_of_hz);
   frf->add_option("--band", arguments->band, "lines to write [Hz]; default: all above 0 Hz")
       ->type_name("LO:HI");
   const CLI::Option* const overlap =

@@ -14,6 +14,7 @@ namespace struna::apps {
 
 std::vector<KnownLimit> known_limits() {
   return {{"leakage", leakage_limits},
+          {"leakage_peak", leakage_peak_limits},
           {"local_model", local_model_limits},
           {"circle", circle_limits},
           {"modes", multi_mode_limits},

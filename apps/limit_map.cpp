@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <numeric>
 
@@ -82,7 +83,9 @@ LimitCount count_at(const LimitMap& map, const std::vector<double>& at) {
 }
 
 std::string sentence_of(const LimitMap& map) {
-  return fmt::format("{}; noticed by {}; then {}.", map.fails, map.sign, map.then);
+  std::string text = fmt::format("{}; noticed by {}; then {}.", map.fails, map.sign, map.then);
+  text.front() = static_cast<char>(std::toupper(static_cast<unsigned char>(text.front())));
+  return text;
 }
 
 std::string limits_csv(const std::vector<LimitMap>& maps) {

@@ -49,6 +49,26 @@ std::string cell(const LimitCount& count, double x, double y) {
   return fmt::format("<g><title>{}</title>{}</g>\n", escaped(tip), boxes);
 }
 
+/// Of letters in the pictures' soft text [px].
+double text_width(const std::string& text) {
+  constexpr double letter = 6.2;
+  return letter * static_cast<double>(text.size());
+}
+
+std::string panel_title(const LimitMap& map, std::size_t index) {
+  return fmt::format("{}: {:g}", map.axes[2].name, map.axes[2].values[index]);
+}
+
+/// From one panel's cells to the next one's: room for cells, what is written above and below them, and the
+/// next one's labels.
+double panel_pitch(const LimitMap& map, std::size_t panels) {
+  double inner = cell_width * static_cast<double>(map.axes[0].values.size());
+  inner = std::max(inner, text_width(map.axes[0].name));
+  for (std::size_t p = 0; p < panels && map.axes.size() > 2; ++p)
+    inner = std::max(inner, text_width(panel_title(map, p)));
+  return left + inner + gap;
+}
+
 double panel_height(const LimitMap& map) {
   const std::size_t rows = map.axes.size() > 1 ? map.axes[1].values.size() : 1;
   return cell_height * static_cast<double>(rows);
@@ -83,8 +103,7 @@ std::string panel(const LimitMap& map, std::size_t index) {
                 fmt::format("class=\"soft\" transform=\"translate(-44 {:.1f}) rotate(-90)\"", 0.5 * height));
   }
   if (map.axes.size() > 2) {
-    text += text_at(0.0, -7.0, "start", fmt::format("{}: {:g}", map.axes[2].name, map.axes[2].values[index]),
-                    "class=\"soft\"");
+    text += text_at(0.0, -7.0, "start", panel_title(map, index), "class=\"soft\"");
   }
   return text;
 }
@@ -112,7 +131,7 @@ std::string counts_text(const LimitCount& count) {
 
 std::string limit_svg(const LimitMap& map) {
   const std::size_t panels = map.axes.size() > 2 ? map.axes[2].values.size() : 1;
-  const double panel_width = left + cell_width * static_cast<double>(map.axes[0].values.size()) + gap;
+  const double panel_width = panel_pitch(map, panels);
   const double row_height = panel_height(map) + 62.0;
   std::string body = text_at(14.0, 22.0, "start", map.title, "class=\"title\"");
   for (std::size_t p = 0; p < panels; ++p) {

@@ -8,6 +8,7 @@
 
 #include "apps/repeated_records.hpp"
 #include "ident/fixture.hpp"
+#include "ident/half_power.hpp"
 #include "ident/leakage.hpp"
 #include "ident/noise_floor.hpp"
 #include "ident/resonance_search.hpp"
@@ -18,7 +19,9 @@ namespace {
 
 /// Of the loss factor. Peaks are read off roughly, narrow ones as three lines wide, which is told.
 constexpr double warned_doubt = 0.055;
-constexpr long least_lines = 20;  // of a function in which peaks are looked for
+constexpr double warned_lowering = 0.075;  // below, standard errors hold it
+constexpr double unresolved = 0.4;  // of a peak: no line shows how much higher it is
+constexpr long least_lines = 20;    // of a function in which peaks are looked for
 
 /// Share of the lines at which a condition holds.
 template <class Condition>
@@ -83,8 +86,25 @@ void warn_of_cut_band(const Band& band, const ident::TransferFunction& all,
         band.hi_hz, top));
 }
 
-/// Resonances that leakage widens beyond what can be taken out of their damping, or that are narrower than a
-/// line of the record.
+/// Between the lines, as peaks themselves are told by lines only.
+double seen_half_power_band_hz(const ident::TransferFunction& form, const ident::Pole& peak) {
+  const double f = peak.natural_frequency_hz, read_off = ident::bandwidth_hz(peak), reach = 3.0 * read_off;
+  if (((form.frequency_hz.array() - f).abs() <= reach).count() < 3) return read_off;  // lines left out
+  const ident::Mode mode = ident::fit_half_power(form, f, f - reach, f + reach, fem::Damping::structural);
+  const double width = mode.upper_half_power_hz - mode.lower_half_power_hz;
+  return std::isnan(width) ? read_off : width;
+}
+
+/// "81.2 Hz (by 8 %), 131 Hz (by 21 %) and 3 more"
+std::string some_of(const std::vector<std::string>& places) {
+  const std::size_t shown = std::min<std::size_t>(places.size(), 5);
+  return fmt::format("{}{}",
+                     fmt::join(places.begin(), places.begin() + static_cast<std::ptrdiff_t>(shown), ", "),
+                     places.size() > shown ? fmt::format(" and {} more", places.size() - shown) : "");
+}
+
+/// Resonances whose peak leakage lowers, those that it widens beyond what can be taken out of their damping,
+/// and those narrower than a line of the record.
 void warn_of_few_lines(const ident::TransferEstimate& estimate, const ident::TransferFunction& tf,
                        std::vector<std::string>& warnings) {
   using ident::EstimateMethod;
@@ -92,35 +112,31 @@ void warn_of_few_lines(const ident::TransferEstimate& estimate, const ident::Tra
   if ((welch && estimate.window != ident::Window::hann) || tf.lines() < least_lines) return;
   // Unknown leakage is taken for that of the other averages.
   const double leakage = std::isnan(tf.leakage_hz) ? estimate.independent_line_hz : tf.leakage_hz;
-  std::vector<std::string> narrow;
+  std::vector<std::string> lowered, widened, narrow;
   const ident::TransferFunction form =
       ident::to_circle_form(ident::with_noise_floor(tf), fem::Damping::structural);
   for (const ident::Pole& pole : ident::find_peaks(form)) {
-    const double width = ident::bandwidth_hz(pole), widening = ident::leakage_widening(width, leakage);
-    const bool leaks = ident::leakage_doubt * widening > warned_doubt;
-    if (leaks)
-      narrow.push_back(fmt::format(
-          "{:.4g} Hz ({})", pole.natural_frequency_hz,
-          widening < 1.0 ? fmt::format("by {:.0f} %", 100.0 * widening) : "to what no line resolves"));
-    else if (leakage == 0.0 && width < estimate.independent_line_hz)
-      narrow.push_back(fmt::format("{:.4g} Hz", pole.natural_frequency_hz));
+    const double width = seen_half_power_band_hz(form, pole);
+    const std::string at = fmt::format("{:.4g} Hz", pole.natural_frequency_hz);
+    if (const double lower = ident::leakage_lowering(width, leakage); lower > warned_lowering)
+      lowered.push_back(fmt::format("{} ({} {:.0f} %)", at, lower < unresolved ? "by" : "by more than",
+                                    100.0 * std::min(lower, unresolved)));
+    if (ident::leakage_doubt * ident::leakage_widening(width, leakage) > warned_doubt) widened.push_back(at);
+    if (leakage == 0.0 && width < estimate.independent_line_hz) narrow.push_back(at);
   }
-  if (narrow.empty()) return;
-  const std::size_t shown = std::min<std::size_t>(narrow.size(), 5);
-  const std::string where =
-      fmt::format("{}{}", fmt::join(narrow.begin(), narrow.begin() + static_cast<long>(shown), ", "),
-                  narrow.size() > shown ? fmt::format(" and {} more", narrow.size() - shown) : "");
-  if (leakage == 0.0)
+  if (!lowered.empty())
+    warnings.push_back(fmt::format(
+        "few lines of {:.3g} Hz in the half-power band: leakage lowers the resonance at {}{}; {}",
+        estimate.independent_line_hz, some_of(lowered),
+        widened.empty()
+            ? ""
+            : fmt::format(" and widens it, of which damping may keep the half at {}", some_of(widened)),
+        welch ? "use --estimator local, a finer resolution or longer records" : "record for longer"));
+  if (!narrow.empty())
     warnings.push_back(fmt::format(
         "narrower in the half-power band than a line of {:.3g} Hz at {}: damping is uncertain; {}",
-        estimate.independent_line_hz, where,
+        estimate.independent_line_hz, some_of(narrow),
         estimate.method == EstimateMethod::periodic ? "use a longer period" : "record for longer"));
-  else
-    warnings.push_back(fmt::format(
-        "few lines of {:.3g} Hz in the half-power band: leakage widens the resonance at {}, of which damping "
-        "may keep the half; {}",
-        estimate.independent_line_hz, where,
-        welch ? "use --estimator local, a finer resolution or longer records" : "record for longer"));
 }
 
 }  // namespace

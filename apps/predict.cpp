@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <numbers>
 
@@ -16,6 +15,7 @@
 #include "fem/sized_response.hpp"
 #include "ident/parameter_file.hpp"
 #include "ident/prediction_band.hpp"
+#include "ident/rayleigh_flag.hpp"
 #include "ident/transfer_function_file.hpp"
 
 namespace struna::apps {
@@ -191,6 +191,9 @@ void run_predict(const PredictArguments& arguments) {
   for (const std::string& warning :
        prediction_warnings(scene, damping, wanted.frequency_hz, identified ? &*identified : nullptr))
     warn(warning);
+  if (damping == fem::Damping::viscous && identified && identified->rayleigh_known)
+    if (const std::string caveat = ident::caveat(identified->rayleigh); !caveat.empty())
+      warn(fmt::format("Rayleigh coefficients of body '{}': {}", body.name, caveat));
 
   PredictionMesh mesh;
   const auto begin = std::chrono::steady_clock::now();
@@ -346,8 +349,7 @@ void add_predict(CLI::App& app) {
       ->add_option("--resolution", arguments->resolution_hz,
                    "line spacing; default 0.5, or finer where a resonance is narrow")
       ->type_name("HZ")
-      ->check(
-          CLI::Range(std::numeric_limits<double>::min(), std::numeric_limits<double>::max()).description(""));
+      ->check(refusal_of_hz);
   predict
       ->add_option("--tolerance", arguments->tolerance,
                    "of the outputs on the worst line; default: the scene's, or 0.001")

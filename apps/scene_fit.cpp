@@ -141,17 +141,7 @@ std::string rayleigh_line(const ident::IdentifiedParameters& identified) {
       fmt::format("Rayleigh: alpha = {:.4g} +- {:.2g} 1/s{}, beta = {:.4g} +- {:.2g} s{}, rms/sigma {:.2f}",
                   fit.rayleigh.alpha, fit.alpha_sigma, fit.alpha_at_bound ? " (held at zero)" : "",
                   fit.rayleigh.beta, fit.beta_sigma, fit.beta_at_bound ? " (held at zero)" : "", fit.rms);
-  switch (ident::rayleigh_flag(fit)) {
-    case ident::RayleighFlag::one_mode:
-      return line + "; one frequency: beta alone";
-    case ident::RayleighFlag::two_modes:
-      return line + "; two modes: nothing has tested that damping follows alpha and beta";
-    case ident::RayleighFlag::contradicted:
-      return line + fmt::format("; contradicted: the modes' damping lies {:.0f} % off what they say",
-                                100.0 * fit.misfit);
-    case ident::RayleighFlag::none:
-      break;
-  }
+  if (const std::string caveat = ident::caveat(fit); !caveat.empty()) line += "; " + caveat;
   return line;
 }
 

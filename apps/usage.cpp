@@ -60,6 +60,11 @@ void refuse_overwriting(const std::vector<std::pair<std::string, std::string>>& 
   }
 }
 
+std::string refusal_of_hz(const std::string& text) {
+  double hz = 0.0;
+  return read_number(text, hz) && hz > 0.0 ? "" : "must be above 0 Hz, got " + text;
+}
+
 Band parse_band(const std::string& text) {
   const auto pair = read_pair(text);
   if (!pair) throw UsageError("a band is LO:HI in Hz, such as 10:1000, got '" + text + "'");

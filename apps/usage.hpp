@@ -52,6 +52,9 @@ inline constexpr const char* read_file = "FILE";
 void refuse_overwriting(const std::vector<std::pair<std::string, std::string>>& written,
                         const std::vector<std::string>& read);
 
+/// Check of an option in Hz that must be above zero: what is wrong with the text, "" for nothing.
+std::string refusal_of_hz(const std::string& text);
+
 /// LO:HI as written on the command line [Hz].
 struct Band {
   double lo_hz = 0.0;

@@ -14,6 +14,11 @@ double leakage_widening(double seen_half_power_band_hz, double leakage_hz) {
   return 2.0 * seen / (seen + std::sqrt(rest)) - 1.0;
 }
 
+double leakage_lowering(double seen_half_power_band_hz, double leakage_hz) {
+  const double x = 4.0 / 3.0 / leakage_share * leakage_widening(seen_half_power_band_hz, leakage_hz);
+  return x / (1.0 + 2.0 * x);
+}
+
 void take_out_leakage(Mode& mode, double leakage_hz, fem::Damping damping) {
   const double widening = leakage_widening(mode.upper_half_power_hz - mode.lower_half_power_hz, leakage_hz);
   if (widening == 0.0) return;

@@ -14,6 +14,10 @@ namespace struna::ident {
 double leakage_widening(double seen_half_power_band_hz, double leakage_hz);
 inline constexpr double leakage_share = 0.7;
 
+/// By how much such a window lowers |H| at that resonance's peak, relative: x/(1 + 2 x),
+/// x = 4/3 n^-2, which keeps to a few hundredths of the peak as computed (docs/transfer_function.md).
+double leakage_lowering(double seen_half_power_band_hz, double leakage_hz);
+
 /// Of that widening, what may be left in a loss factor after it was taken out.
 inline constexpr double leakage_doubt = 0.6;
 

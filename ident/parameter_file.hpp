@@ -12,6 +12,9 @@ namespace struna::ident {
 /// `unit` of its value, "" for none.
 std::string law_text(const LawFit& fit, const std::string& unit);
 
+/// Names of a law's parameters in the file, in the order of FrequencyLaw::parameters; none for tables.
+std::vector<std::string> parameter_names(fem::FrequencyLaw::Kind kind);
+
 /// identified.toml, see docs/files.md.
 void write_parameters(const IdentifiedParameters& identified, const std::string& file,
                       const std::vector<Doubt>& doubts = {});

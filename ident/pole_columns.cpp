@@ -63,6 +63,19 @@ void fill_pole_columns(const Pole& pole, const Eigen::VectorXd& omega, fem::Damp
   }
 }
 
+void hold_at_bounds(const std::vector<Pole>& poles, Eigen::VectorXd& gradient, Eigen::MatrixXd& hessian) {
+  for (std::size_t r = 0; r < poles.size(); ++r) {
+    const long at = 2 * static_cast<long>(r) + 1;
+    const bool beyond = gradient(at) > 0.0 ? poles[r].loss_factor >= largest_loss_factor
+                                           : poles[r].loss_factor <= smallest_loss_factor;
+    if (!beyond) continue;
+    gradient(at) = 0.0;
+    hessian.row(at).setZero();
+    hessian.col(at).setZero();
+    hessian(at, at) = 1.0;
+  }
+}
+
 std::vector<Pole> moved(const std::vector<Pole>& poles, const Eigen::VectorXd& delta, double* taken) {
   double share = 1.0;
   for (std::size_t r = 0; r < poles.size(); ++r) {

@@ -37,6 +37,10 @@ std::array<std::complex<double>, 2> scaled_slopes(const Pole& pole, fem::Damping
 void fill_pole_columns(const Pole& pole, const Eigen::VectorXd& omega, fem::Damping damping, bool mirror,
                        long first, long square, Eigen::MatrixXd& columns);
 
+/// Takes loss factors that lie on a bound of `moved`, and would be pushed beyond it, out of a step in (ln f,
+/// ln eta, …): a pole that stands for far neighbours may end there, and would keep the others from settling.
+void hold_at_bounds(const std::vector<Pole>& poles, Eigen::VectorXd& gradient, Eigen::MatrixXd& hessian);
+
 /// Poles moved by `delta` (ln f, ln eta of each), the whole step shortened so that none goes farther than a
 /// bandwidth or changes its damping by more than a factor e; `share` receives what was taken of it.
 std::vector<Pole> moved(const std::vector<Pole>& poles, const Eigen::VectorXd& delta,

@@ -76,7 +76,7 @@ class Problem {
   }
 
   // Projected (Kaufman) gradient and Gauss-Newton Hessian in (ln f, ln eta) of all poles.
-  Step step(const State& state) const {
+  Step unbounded_step(const State& state) const {
     Step result{Eigen::VectorXd::Zero(2 * poles_), Eigen::MatrixXd::Zero(2 * poles_, 2 * poles_)};
     const Eigen::MatrixXd weighted = state.residual.cwiseProduct(weight_);
     const Eigen::MatrixXd against = state.columns.rightCols(2 * poles_).transpose() * weighted;
@@ -90,6 +90,12 @@ class Problem {
       const Eigen::MatrixXd chain = chain_rule(state, k);
       result.hessian += weight_factor_(k) * (chain.transpose() * projected[weight_group(k)] * chain);
     }
+    return result;
+  }
+
+  Step step(const State& state) const {
+    Step result = unbounded_step(state);
+    hold_at_bounds(state.poles, result.gradient, result.hessian);
     return result;
   }
 
@@ -236,7 +242,7 @@ PoleFit Problem::finish(const State& state, bool converged) const {
   const double scatter =
       fit.degrees_of_freedom > 0 ? fit.chi_square / static_cast<double>(fit.degrees_of_freedom) : 1.0;
   const double noise = fit.line_correlation * (options_.sigma_known ? std::max(1.0, scatter) : scatter);
-  Eigen::MatrixXd hessian = step(state).hessian;
+  Eigen::MatrixXd hessian = unbounded_step(state).hessian;
   const Eigen::VectorXd scale = hessian.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   hessian = scale.asDiagonal() * hessian * scale.asDiagonal();
   const Eigen::MatrixXd inverse = hessian.ldlt().solve(Eigen::MatrixXd::Identity(2 * poles_, 2 * poles_));
@@ -249,6 +255,8 @@ PoleFit Problem::finish(const State& state, bool converged) const {
     chain.segment<2>(2 * r) << pole.natural_frequency_hz, pole.loss_factor;
   }
   fit.covariance = noise * chain.asDiagonal() * covariance * chain.asDiagonal();
+  const Step last = step(state);
+  fit.unsettled = unsettled_by(damped_step(last.hessian, last.gradient, 0.0), fit);
 
   for (long k = 0; k < outputs_; ++k) {
     const auto& gram = state.gram[weight_group(k)];
@@ -315,6 +323,17 @@ PoleFit fit_poles(const TransferFunction& tf, const std::vector<Pole>& start, co
   return problem.finish(state, outcome.converged);
 }
 
+Eigen::VectorXd unsettled_by(const Eigen::VectorXd& step, const PoleFit& fit) {
+  Eigen::VectorXd moves(static_cast<long>(fit.poles.size()));
+  for (long r = 0; r < moves.size(); ++r) {
+    const Pole& pole = fit.poles[static_cast<std::size_t>(r)];
+    const double f = step(2 * r) * pole.natural_frequency_hz, eta = step(2 * r + 1) * pole.loss_factor;
+    moves(r) = std::max(std::abs(f) / std::sqrt(fit.covariance(2 * r, 2 * r)),
+                        std::abs(eta) / std::sqrt(fit.covariance(2 * r + 1, 2 * r + 1)));
+  }
+  return moves;
+}
+
 Mode to_mode(const PoleFit& fit, long r, fem::Damping damping) {
   const Pole& pole = fit.poles[static_cast<std::size_t>(r)];
   Mode mode;
@@ -328,7 +347,8 @@ Mode to_mode(const PoleFit& fit, long r, fem::Damping damping) {
   mode.modal_constant = fit.constant.row(r).transpose();
   mode.modal_constant_sigma = fit.constant_sigma.row(r).transpose();
   mode.circle_natural_frequency_hz = mode.circle_loss_factor = std::numeric_limits<double>::quiet_NaN();
-  if (!fit.converged) mode.flags.push_back(ModeFlag::not_converged);
+  constexpr double settled = 0.1;  // standard errors: what nobody can see
+  if (!fit.converged && !(fit.unsettled(r) < settled)) mode.flags.push_back(ModeFlag::not_converged);
   return mode;
 }
 

@@ -32,7 +32,13 @@ struct PoleFit {
   double line_correlation =
       1.0;  ///< neighbouring lines that are worth one: 1 + 2 sum of the residual's autocorrelation
   bool converged = false;
+  /// What one more step would move each pole, in standard errors, the larger of f and eta: beside a weak pole
+  /// that wanders the others may have settled.
+  Eigen::VectorXd unsettled;
 };
+
+/// `unsettled` from a step in (ln f_1, ln eta_1, ln f_2, …).
+Eigen::VectorXd unsettled_by(const Eigen::VectorXd& step, const PoleFit& fit);
 
 /// Common poles of all outputs by weighted separable least squares: at each step the constants and residual
 /// terms, in which the model is linear, are eliminated exactly per output, and Levenberg-Marquardt moves only
@@ -44,7 +50,8 @@ struct PoleFit {
 /// per degree of freedom where that is above 1 or sigma is not known.
 PoleFit fit_poles(const TransferFunction& tf, const std::vector<Pole>& start, const PoleFitOptions& options);
 
-/// Pole r of a fit as a mode, without circles (their columns NaN); flag not_converged.
+/// Pole r of a fit as a mode, without circles (their columns NaN); flag not_converged where the fit
+/// did not converge and this pole would move by a tenth of its standard error or more.
 Mode to_mode(const PoleFit& fit, long r, fem::Damping damping);
 
 }  // namespace struna::ident

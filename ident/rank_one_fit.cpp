@@ -173,6 +173,12 @@ class Problem {
   }
 
   Step step(const State& state) const {
+    Step result = unbounded_step(state);
+    hold_at_bounds(state.poles, result.gradient, result.hessian);
+    return result;
+  }
+
+  Step unbounded_step(const State& state) const {
     Step result{VectorXd::Zero(unknowns()), MatrixXd::Zero(unknowns(), unknowns())};
     for (long o = 0; o < outputs_; ++o) {
       for_each_column(o, [&](long j, std::size_t k) {
@@ -328,7 +334,7 @@ RankOneFit Problem::finish(const State& state, bool converged) const {
   fit.chi_square = fit.residual.squaredNorm();
   const double scatter = fit.chi_square / static_cast<double>(fit.degrees_of_freedom);
   const double noise = fit.line_correlation * (options_.sigma_known ? std::max(1.0, scatter) : scatter);
-  MatrixXd covariance = inverse_of(step(state).hessian);
+  MatrixXd covariance = inverse_of(unbounded_step(state).hessian);
   const MatrixXcd shared = shared_noise(fit.residual, fit.line_correlation);
   if (!shared.isIdentity(0.0))
     covariance = covariance * score_covariance_of(derivatives(state), shared) * covariance;
@@ -343,6 +349,8 @@ RankOneFit Problem::finish(const State& state, bool converged) const {
         state.poles[static_cast<std::size_t>(r)].loss_factor;
   fit.covariance =
       noise * chain.asDiagonal() * covariance.topLeftCorner(2 * poles_, 2 * poles_) * chain.asDiagonal();
+  const Step last = step(state);
+  fit.unsettled = unsettled_by(damped_step(last.hessian, last.gradient, 0.0).head(2 * poles_), fit);
   set_constants(state, covariance, noise, fit);
   return fit;
 }

@@ -17,6 +17,9 @@ enum class RayleighFlag {
   one_mode       ///< alpha is not known at all
 };
 RayleighFlag rayleigh_flag(const RayleighFit& fit);
+/// That in words, for a terminal: "contradicted: the modes' damping lies 12 % off what they say"; "" for
+/// none.
+std::string caveat(const RayleighFit& fit);
 std::string to_string(RayleighFlag flag);  ///< "two_modes", …; "" for none
 
 }  // namespace struna::ident

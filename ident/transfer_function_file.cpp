@@ -64,11 +64,17 @@ std::vector<Columns> find_outputs(const CsvReader& csv) {
   return outputs;
 }
 
+void require_hz(const CsvReader& csv, int column) {
+  if (unit_of_column(csv, column) != "Hz")
+    throw Error(
+        csv.file(), 1,
+        fmt::format("the unit of {} is '{}': it must be Hz",
+                    csv.header()[static_cast<std::size_t>(column)].name, unit_of_column(csv, column)));
+}
+
 int frequency_column(const CsvReader& csv) {
   const int column = csv.column("frequency");
-  if (unit_of_column(csv, column) != "Hz")
-    throw Error(csv.file(), 1,
-                fmt::format("the unit of frequency is '{}': it must be Hz", unit_of_column(csv, column)));
+  require_hz(csv, column);
   return column;
 }
 
@@ -147,6 +153,7 @@ TransferFunction read_transfer_function(const std::string& file, std::vector<std
   CsvReader csv(file);
   const std::vector<Columns> outputs = find_outputs(csv);
   const int leakage = csv.find("leakage");
+  if (leakage >= 0) require_hz(csv, leakage);
   std::vector<int> wanted{frequency_column(csv), csv.find("exponential_decay"), leakage};
   for (const Columns& columns : outputs)
     wanted.insert(wanted.end(), {columns.re, columns.im, columns.coherence, columns.sigma});

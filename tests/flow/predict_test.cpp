@@ -128,6 +128,11 @@ TEST(Predict, TellsWhatThePredictionLeavesOutOrLacks) {
               HasSubstr("no rayleigh coefficients: the prediction with viscous damping is undamped"));
   EXPECT_THAT(warnings("'" + sample_data("wire_in_band/scene.toml").string() + "' --damping viscous"),
               HasSubstr("contact is left out"));
+  folder.write(
+      "contradicted.toml",
+      "body = \"wire\"\n[rayleigh]\nalpha = 3\nbeta = 1e-5\nrms = 7\nmisfit = 0.12\nchance = 1e-9\n");
+  EXPECT_THAT(warnings("viscous.toml --damping viscous --parameters contradicted.toml"),
+              HasSubstr("Rayleigh coefficients of body 'wire': contradicted"));
   folder.write("coarse.toml", replaced(scene, "elements = 28", "elements = 3"));
   EXPECT_THAT(warnings("coarse.toml"), HasSubstr("more elements than 3"));
 }

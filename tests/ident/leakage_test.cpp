@@ -59,6 +59,15 @@ TEST(Leakage, TheTrueBandwidthFollowsFromTheSeenOne) {
   EXPECT_EQ(leakage_widening(2.0, NAN), 0.0);
 }
 
+TEST(Leakage, LowersAPeakAsMuchAsTheWindowDoes) {
+  for (const double n : {1.0, 2.0, 4.0, 8.0, 16.0}) {
+    const double peak = std::abs(seen(frequency_hz, bandwidth_hz / n));  // 1 without a window
+    const double widening = leakage_share / (n * n);
+    EXPECT_NEAR(leakage_lowering(n * (1.0 + widening), 1.0), 1.0 - peak, 0.04 / n) << n;
+  }
+  EXPECT_EQ(leakage_lowering(2.0, 0.0), 0.0);
+}
+
 TEST(Leakage, IsTakenOutOfAModeWithinWhatIsStated) {
   for (const double lines : {2.5, 4.0, 6.0, 10.0}) {
     TransferFunction tf = seen_through(bandwidth_hz / lines);

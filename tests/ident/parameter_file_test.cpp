@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "fem/error.hpp"
+#include "ident/rayleigh_flag.hpp"
 
 namespace struna::ident {
 namespace {
@@ -172,6 +173,19 @@ TEST_F(ParameterFile, InfinityAndUnknownDampingSurvive) {
   EXPECT_TRUE(read.loss_factor.laws.empty());
 }
 
+TEST_F(ParameterFile, RayleighsFlagIsReadAgain) {
+  IdentifiedParameters written = sample();
+  written.rayleigh.rms = 7.0;
+  written.rayleigh.misfit = 0.12;
+  written.rayleigh.chance = 1e-9;
+  write_parameters(written, file);
+  EXPECT_THAT(caveat(read_parameters(file).rayleigh),
+              HasSubstr("contradicted: the modes' damping lies 12 % off"));
+  const IdentifiedParameters by_hand =
+      read_parameters(write("body = \"wire\"\n[rayleigh]\nalpha = 1\nbeta = 0\n"));
+  EXPECT_EQ(caveat(by_hand.rayleigh), "");
+}
+
 TEST_F(ParameterFile, AHandWrittenFileWorks) {
   const IdentifiedParameters p = read_parameters(write(R"(
 body = "band"
@@ -205,6 +219,8 @@ TEST_F(ParameterFile, ZeroRayleighOverrides) {
 TEST_F(ParameterFile, RefusesFaultsWithFileLineAndRule) {
   const std::string head = "body = \"wire\"\n";
   const std::string good_law = "[modulus.law]\nkind = \"constant\"\nvalue = 1e11\n";
+  const std::string power_law =
+      "[modulus.law]\nkind = \"power\"\nvalue = 1e11\nexponent = 0.1\nreference_frequency = 100\n";
   struct Case {
     std::string text, where, what;
   };
@@ -231,6 +247,12 @@ TEST_F(ParameterFile, RefusesFaultsWithFileLineAndRule) {
       {head + "[rayleigh]\nalpha = 1\n", ":2: ", "rayleigh has no beta"},
       {head + "[rayleigh]\nalpha = -1\nbeta = 0\n", ":3: ", "zero or positive, got -1"},
       {head + "[rayleigh]\nalpha = 1\nbeta = 0\nbetta = 0\n", ":5: ", "unknown key \"betta\""},
+      {head + "[rayleigh]\nalpha = 1\nbeta = 0\nbeta_sigma = -1\n", ":5: ", "must not be negative"},
+      {head + good_law + "covariance = [1, 2]\n", ":5: ", "1 x 1 numbers, row by row, got 2"},
+      {head + good_law + "covariance = [-1]\n", ":5: ", "variances of zero or more, got -1"},
+      {head + power_law + "covariance = [1, 0, 0,  1, 1, 0,  0, 0, 0]\n",
+       ":7: ", "above and below the diagonal"},
+      {head + power_law + "covariance = [1, 2, 0,  2, 1, 0,  0, 0, 0]\n", ":7: ", "negative variance"},
       {head + "rayleigh = 1\n", ":2: ", "must be a table"}};
   for (const Case& c : cases) {
     const std::string error = error_of(c.text);

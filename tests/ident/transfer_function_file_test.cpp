@@ -118,6 +118,8 @@ TEST(TransferFunctionFile, FaultsAreNamedWithFileAndLine) {
        "f.csv:3: exponential_decay is 5"},
       {"frequency [Hz],re [N/m],im [N/m],leakage [Hz]\n1,2,3,0\n2,2,3,5\n", "f.csv:3: leakage is 5"},
       {"frequency [Hz],re [N/m],im [N/m],leakage [Hz]\n1,2,3,-1\n", "f.csv:2: leakage is -1"},
+      {"frequency [Hz],re [N/m],im [N/m],leakage [mHz]\n1,2,3,1\n",
+       "f.csv:1: the unit of leakage is 'mHz': it must be Hz"},
   };
   for (const Fault& fault : faults) {
     try {
