@@ -18,7 +18,7 @@ TEST(Limits, WritesTheTableThePageAndAPicturePerMap) {
   EXPECT_THAT(read_text(folder / "out/limits_rayleigh.svg"), HasSubstr("</svg>"));
   EXPECT_THAT(read_text(folder / "out/index.html"),
               HasSubstr("struna limits --map rayleigh --seeds 2 -o out"));
-  EXPECT_THAT(run.out, HasSubstr("rayleigh: two coefficients cannot follow the damping"));
+  EXPECT_THAT(run.out, HasSubstr("rayleigh: Two coefficients cannot follow the damping"));
 }
 
 TEST(Limits, TellsFaultsInOneLineAndLeavesNothing) {
