@@ -138,9 +138,11 @@ LimitMap circle_limits(const LimitRun& run) {
   map.name = "circle";
   map.title = "Circle fit: two modes side by side";
   map.fails = "a neighbour's tail bends the arc, and the loss factor is off by far more than noise tells";
-  map.sign = "rank and shape of what the circle leaves, and by the distance that noise would hide";
-  map.then = "flags the mode double_mode, close_modes, poor_circle or may_be_two, or refuses it";
-  return mode_limits(run, ModeMethod::circle, 4, std::move(map));
+  map.sign = "the fit of all poles together: how far it parts from the circle, and what it leaves";
+  map.then =
+      "states that distance in the standard error, flags the mode double_mode, close_modes, poor_circle or "
+      "may_be_two, or refuses it";
+  return mode_limits(run, ModeMethod::circle, 12, std::move(map));
 }
 
 LimitMap multi_mode_limits(const LimitRun& run) {

@@ -13,7 +13,6 @@
 #include "ident/mode_flags.hpp"
 #include "ident/noise_floor.hpp"
 #include "ident/pole_fit.hpp"
-#include "ident/second_pole.hpp"
 
 namespace struna::ident {
 namespace {
@@ -137,21 +136,6 @@ bool is_poor(const std::vector<OutputCircle>& circles, long lines) {
          scatter > poor_circle_scatter;
 }
 
-// Whether two modes made the circle, by the rank of its lines or by the shape of what one leaves.
-void judge_second_pole(const PoleFit& fit, const TransferFunction& window, fem::Damping damping, Mode& mode) {
-  LinesOfPole lines = lines_of_pole(fit, 0, window, 0, window.lines(), damping);
-  const SecondPole beside_trend = second_pole(lines);
-  if (beside_trend.noticed || looks_double(alone(lines), lines.g)) add_flag(mode, ModeFlag::double_mode);
-  // The circle knows of no trend: a neighbour's tail bends it as a second pole does.
-  lines.with_trend = false;
-  const SecondPole second = second_pole(lines);
-  mode.resolves_from = second.resolves_from;
-  if (second.noticed)
-    add_flag(mode, ModeFlag::close_modes);
-  else if (second.hinted)
-    add_flag(mode, ModeFlag::may_be_two);
-}
-
 }  // namespace
 
 PlaneCircle taubin_circle(const Eigen::VectorXcd& z, const Eigen::VectorXd& weight) {
@@ -259,7 +243,6 @@ Mode fit_circle(const TransferFunction& circle_form_tf, double start_hz, double 
   for (std::size_t k = 0; k < circles.size(); ++k)
     mode.circles.push_back(to_circle(fit, static_cast<long>(k), window, options.damping, circles[k].scatter));
   if (is_poor(circles, window.lines())) add_flag(mode, ModeFlag::poor_circle);
-  judge_second_pole(fit, window, options.damping, mode);
   return mode;
 }
 

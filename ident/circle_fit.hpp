@@ -18,9 +18,8 @@ struct CircleFitOptions {
 /// together: maximum likelihood for normal noise (fit_poles), which shares f0 and eta among the outputs and
 /// yields standard errors. The residual is a constant per output (it moves the circle's centre);
 /// `linear_residual` adds a linear term. `start_hz` serves where the circles alone give no start. Without
-/// sigma the lines' own scatter gives the noise. Flags: not_converged, poor_circle (the geometric circle's),
-/// double_mode (see looks_double, second_pole), close_modes where a neighbour's tail bends the arc more than
-/// noise does, may_be_two.
+/// sigma the lines' own scatter gives the noise. Flags: not_converged, poor_circle (the geometric circle's).
+/// What the window cannot tell, a neighbour's tail or a second mode, judge_circles() sees (circle_check.hpp).
 /// Throws Error with fewer than 4 lines in the window.
 Mode fit_circle(const TransferFunction& circle_form_tf, double start_hz, double lo_hz, double hi_hz,
                 const CircleFitOptions& options = {});

@@ -9,6 +9,7 @@
 
 #include "fem/error.hpp"
 #include "ident/band_fit.hpp"
+#include "ident/circle_check.hpp"
 #include "ident/circle_fit.hpp"
 #include "ident/half_power.hpp"
 #include "ident/leakage.hpp"
@@ -230,6 +231,8 @@ void single_mode_fits(const Context& context, const std::vector<Pole>& poles, Mo
     if (!reason.empty()) set.rejected.push_back({mode.natural_frequency_hz, reason});
     return !reason.empty();
   });
+  if (context.options.method == ModeMethod::circle)
+    judge_circles(context.tf, context.options.damping, context.sigma_known, set.modes);
 }
 
 // The circles of a multi-mode fit's modes, each from its own pole: they illustrate.

@@ -10,9 +10,9 @@ namespace {
 
 constexpr long least_lines = 8;
 constexpr double most_correlation = 2.5;  // lines worth one, as windows and local models leave them
-constexpr double one_in_2000 = 3.29, one_in_50 = 2.05;  // deviations of a normal variable
+constexpr double one_in_2000 = 3.29, one_in_20 = 1.645;  // deviations of a normal variable
 // Smaller parts of the share are the model's own error.
-constexpr double least_part_of_one = 0.005, least_part_of_several = 0.0035, least_part_of_bent = 0.012;
+constexpr double least_part_of_one = 0.005, least_part_of_several = 0.0035;
 constexpr double normal_95 = 1.645;
 // |C1 - C2|/|C1 + C2| of heights 60 degrees apart: modal assurance 1/4.
 constexpr double half_angle = 0.57735;
@@ -26,9 +26,9 @@ struct Test {
   bool beyond(double deviation, double scale, double least_gain) const {
     return freedom > 0.0 && gain > std::max(scale * chi_square_quantile(freedom, deviation), least_gain);
   }
-  double resolves_from(double scale, double least_gain) const {
+  double resolves_from(double deviation, double scale, double least_gain) const {
     if (!(freedom > 0.0)) return std::numeric_limits<double>::infinity();
-    const double threshold = std::max(chi_square_quantile(freedom, one_in_2000), least_gain / scale);
+    const double threshold = std::max(chi_square_quantile(freedom, deviation), least_gain / scale);
     const double asked = scale * noticed_noncentrality(threshold, freedom);
     // Root of second x^2 + first x = asked in the form that neither loses digits nor divides by nothing.
     return std::sqrt(2.0 * asked / (first + std::sqrt(first * first + 4.0 * second * asked)));
@@ -52,13 +52,11 @@ std::complex<double> common_phase(const Eigen::VectorXcd& height, const Eigen::M
 }
 
 // What one pole may leave, the pole, and what a second one adds.
-Eigen::MatrixXcd shapes_of(const LinesOfPole& lines) {
-  const long n = lines.g.size(), known = lines.with_trend ? 3 : 2;
-  Eigen::MatrixXcd shapes(n, known + 2);
+Eigen::MatrixXcd shapes_of(const Eigen::VectorXcd& g) {
+  Eigen::MatrixXcd shapes(g.size(), 5);
   shapes.col(0).setOnes();
-  if (lines.with_trend) shapes.col(1).setLinSpaced(n, -1.0, 1.0);
-  for (long power = 1; power <= 3; ++power)
-    shapes.col(known + power - 2) = lines.g.array().pow(static_cast<int>(power));
+  shapes.col(1).setLinSpaced(g.size(), -1.0, 1.0);
+  for (int power = 1; power <= 3; ++power) shapes.col(power + 1) = g.array().pow(power);
   return shapes;
 }
 
@@ -103,7 +101,7 @@ Eigen::MatrixXcd alone(const LinesOfPole& lines) {
 SecondPole second_pole(const LinesOfPole& lines) {
   const long n = lines.g.size(), outputs = lines.height.size();
   if (n < least_lines) return {};
-  const Eigen::MatrixXcd shapes = shapes_of(lines);
+  const Eigen::MatrixXcd shapes = shapes_of(lines.g);
   const long columns = shapes.cols(), square = columns - 2, cube = columns - 1;
   Test of_both, of_square, in_phase;
   const std::complex<double> phase =
@@ -139,17 +137,16 @@ SecondPole second_pole(const LinesOfPole& lines) {
   // What no second pole explains: its own trace in the residual must not pass for noise.
   const double unexplained = rest / static_cast<double>(2 * outputs * (n - columns));
   const double scale = std::max(1.0, unexplained) * std::min(lines.line_correlation, most_correlation);
-  const double least_part = !lines.with_trend ? least_part_of_bent
-                            : outputs == 1    ? least_part_of_one
-                                              : least_part_of_several;
+  const double least_part = outputs == 1 ? least_part_of_one : least_part_of_several;
   const double least_gain = least_part * least_part * own;
+  const Test& hint = outputs > 1 ? in_phase : of_both;
   SecondPole result;
-  result.resolves_from = std::numeric_limits<double>::infinity();
+  result.hinted = hint.beyond(one_in_20, scale, least_gain);
+  result.resolves_from = hint.resolves_from(one_in_20, scale, least_gain);
   for (const Test& test : {of_both, of_square, in_phase}) {
     result.noticed = result.noticed || test.beyond(one_in_2000, scale, least_gain);
-    result.resolves_from = std::min(result.resolves_from, test.resolves_from(scale, least_gain));
+    result.resolves_from = std::min(result.resolves_from, test.resolves_from(one_in_2000, scale, least_gain));
   }
-  result.hinted = (outputs > 1 ? in_phase : of_both).beyond(one_in_50, scale, least_gain);
   return result;
 }
 

@@ -13,7 +13,6 @@ struct LinesOfPole {
   Eigen::VectorXcd height;        ///< of its share, per output
   Eigen::MatrixXd sigma;          ///< of real and imaginary part, lines x outputs
   Eigen::MatrixXcd residual;      ///< (data - fitted)/sigma, lines x outputs
-  bool with_trend = true;         ///< whether a trend is a neighbour's tail, no sign of a second pole
   double line_correlation = 1.0;  ///< neighbouring lines that are worth one; counted up to 2.5
 };
 
@@ -27,9 +26,9 @@ Eigen::MatrixXcd alone(const LinesOfPole& lines);
 
 struct SecondPole {
   bool noticed = false;  ///< the residual has what two poles leave to one
-  bool hinted = false;   ///< the same with less certainty: one chance in 50
-  /// Half-power bandwidths: two modes of equal height that far apart would be noticed in 95 of 100 such
-  /// measurements; NaN with fewer than eight lines.
+  bool hinted = false;   ///< the same with less certainty: one chance in 20
+  /// Half-power bandwidths: two modes of equal height that far apart would be noticed, or hinted at, in 95 of
+  /// 100 such measurements; NaN with fewer than eight lines.
   double resolves_from = std::numeric_limits<double>::quiet_NaN();
 };
 
@@ -44,7 +43,7 @@ struct SecondPole {
 /// The variance: that of noise, or what the shapes leave where that is more, times the lines worth one
 /// (2.5 at most, as windows and local models leave them).
 /// Noticed: one of them beyond one chance in 2000, and 0.35 % of the share (with one output, where only the
-/// second order shows, 0.5 %; without a trend beside it 1.2 %, as tails of neighbours count then).
+/// second order shows, 0.5 %). Hinted: beyond one chance in 20 in the last of them (one output: the first).
 ///
 /// Power: noncentral chi-square, whose root is about normal, for a pair whose heights over the outputs
 /// agree by a quarter (modal assurance; 60 degrees apart), their difference turned evenly over the outputs,

@@ -5,7 +5,6 @@
 #include <numbers>
 #include <random>
 
-#include "ident/circle_fit.hpp"
 #include "ident/mode_flags.hpp"
 #include "simulated_doublet.hpp"
 
@@ -53,14 +52,21 @@ TransferFunction pair(double spacing, const std::vector<double>& first, const st
   return tf;
 }
 
-double noticed_share(double spacing, const std::vector<double>& first, const std::vector<double>& second,
-                     double noise, unsigned seeds, fem::Damping damping = fem::Damping::structural) {
-  unsigned noticed = 0;
-  for (unsigned seed = 1; seed <= seeds; ++seed)
-    noticed +=
-        of_one_pole(pair(spacing, first, second, noise, seed, damping), {f, eta}, damping).second.noticed ? 1
-                                                                                                          : 0;
-  return static_cast<double>(noticed) / seeds;
+struct Shares {
+  double noticed = 0.0;
+  double told = 0.0;  ///< noticed or hinted at
+};
+
+Shares shares(double spacing, const std::vector<double>& first, const std::vector<double>& second,
+              double noise, unsigned seeds, fem::Damping damping = fem::Damping::structural) {
+  Shares of;
+  for (unsigned seed = 1; seed <= seeds; ++seed) {
+    const SecondPole one =
+        of_one_pole(pair(spacing, first, second, noise, seed, damping), {f, eta}, damping).second;
+    of.noticed += one.noticed ? 1.0 / seeds : 0.0;
+    of.told += one.noticed || one.hinted ? 1.0 / seeds : 0.0;
+  }
+  return of;
 }
 
 TEST(SecondPole, NoncentralityIsThatOfNinetyFivePercent) {
@@ -88,8 +94,11 @@ TEST(SecondPole, QuantilesAreThoseOfChiSquare) {
 
 TEST(SecondPole, OnePoleIsHardlyEverTakenForTwo) {
   constexpr unsigned seeds = 500;
-  for (const std::vector<double>& height : {std::vector{1.0}, {1.0, 0.3, -0.5}})
-    EXPECT_LE(noticed_share(0.0, height, height, 0.01, seeds), 0.006) << height.size();  // one in a thousand
+  for (const std::vector<double>& height : {std::vector{1.0}, {1.0, 0.3, -0.5}}) {
+    const Shares of = shares(0.0, height, height, 0.01, seeds);
+    EXPECT_LE(of.noticed, 0.006) << height.size();  // one in a thousand
+    EXPECT_LE(of.told, 0.08) << height.size();      // one in 20, and three times the scatter of so many
+  }
 }
 
 /// Spacing in bandwidths of each, of modes whose common pole states just their spacing in bandwidths of its
@@ -105,17 +114,17 @@ double stated_spacing(const std::vector<double>& first, const std::vector<double
   return spacing;
 }
 
-TEST(SecondPole, PairAtTheStatedDistanceIsNoticedInNinetyFiveOfAHundred) {
+TEST(SecondPole, PairAtTheStatedDistanceIsToldInNinetyFiveOfAHundred) {
   constexpr unsigned seeds = 150;
   for (const double noise : {0.02, 0.05}) {
     const double spacing = stated_spacing({1.0}, {1.0}, noise);
     // Less twice the scatter of so many; the third order adds to what is stated.
-    EXPECT_GT(noticed_share(spacing, {1.0}, {1.0}, noise, seeds), 0.91) << noise;
-    EXPECT_LT(noticed_share(0.5 * spacing, {1.0}, {1.0}, noise, seeds), 0.2) << noise;
+    EXPECT_GT(shares(spacing, {1.0}, {1.0}, noise, seeds).told, 0.91) << noise;
+    EXPECT_LT(shares(0.5 * spacing, {1.0}, {1.0}, noise, seeds).told, 0.2) << noise;
   }
 }
 
-TEST(SecondPole, PairOfOtherShapeAtTheStatedDistanceIsNoticedToo) {
+TEST(SecondPole, PairOfOtherShapeAtTheStatedDistanceIsToldToo) {
   constexpr unsigned seeds = 150;  // 1.8 %
   constexpr double noise = 0.05;
   // 60 degrees apart; two thirds of their difference are taken for what is visible, here it is all.
@@ -124,8 +133,8 @@ TEST(SecondPole, PairOfOtherShapeAtTheStatedDistanceIsNoticedToo) {
   for (const fem::Damping damping : {fem::Damping::structural, fem::Damping::viscous}) {
     const double from =
         of_one_pole(pair(0.0, first, second, noise, 1, damping), {f, eta}, damping).second.resolves_from;
-    EXPECT_GT(noticed_share(from, first, second, noise, seeds, damping), 0.97);
-    EXPECT_NEAR(noticed_share(std::sqrt(2.0 / 3.0) * from, first, second, noise, seeds, damping), 0.95, 0.06);
+    EXPECT_GT(shares(from, first, second, noise, seeds, damping).told, 0.97);
+    EXPECT_NEAR(shares(std::sqrt(2.0 / 3.0) * from, first, second, noise, seeds, damping).told, 0.95, 0.06);
   }
 }
 
@@ -171,13 +180,6 @@ TEST(SecondPole, ModesSayFromWhereOnTheyWouldShow) {
   Mode two = hidden[0];
   two.flags = {ModeFlag::double_mode};
   EXPECT_FALSE(may_be_two(two));  // noticed: nothing hides
-}
-
-TEST(SecondPole, CirclesTellLess) {
-  const TransferFunction tf = pair(0.0, {0.5, 0.4}, {0.5, 0.4}, 0.01, 1);
-  const double circle = fit_circle(tf, f, f - 2.0, f + 2.0).resolves_from;
-  EXPECT_GT(circle, of_one_pole(tf, {f, eta}).second.resolves_from);
-  EXPECT_LT(circle, 1.0);
 }
 
 }  // namespace
