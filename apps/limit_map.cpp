@@ -69,6 +69,14 @@ double LimitCount::false_alarm_share() const {
   return right > 0 ? static_cast<double>(right_flagged) / static_cast<double>(right) : 0.0;
 }
 
+std::string LimitCount::flagged_text() const {
+  return wrong > 0 ? fmt::format("{:.1f} %", 100.0 * flagged_share()) : "–";
+}
+
+std::string LimitCount::false_alarm_text() const {
+  return right > 0 ? fmt::format("{:.1f} %", 100.0 * false_alarm_share()) : "–";
+}
+
 LimitCount count_of(const LimitMap& map) {
   LimitCount count;
   for (const auto& trial : map.trials) count_trial(trial, count);

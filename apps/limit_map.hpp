@@ -54,6 +54,8 @@ struct LimitCount {
   long refused = 0;
   double flagged_share() const;      ///< of wrong results; 1 when there are none
   double false_alarm_share() const;  ///< of right results; 0 when there are none
+  std::string flagged_text() const;  ///< these shares for readers: "97.8 %"; "–" of none
+  std::string false_alarm_text() const;
 };
 LimitCount count_of(const LimitMap& map);
 /// Of the trials with these values of the axes.

@@ -18,10 +18,10 @@ json summary_row(const LimitMap& map) {
   return {{"name", map.name},
           {"title", map.title},
           {"right", count.right},
-          {"alarms", number(100.0 * count.false_alarm_share(), 3)},
+          {"alarms", count.false_alarm_text()},
           {"uncertain", count.uncertain},
           {"wrong", count.wrong},
-          {"flagged", number(100.0 * count.flagged_share(), 3)},
+          {"flagged", count.flagged_text()},
           {"refused", count.refused}};
 }
 

@@ -2,15 +2,13 @@
 // The page of `struna limits`: what was flagged of each method's wrong results, and a map for each.
 (() => {
   const data = JSON.parse(document.getElementById('report-data').textContent);
-  const { format } = Axes;
   const { el, table } = Elements;
-  const percent = (share) => `${format(share, 3)} %`;
 
   document.getElementById('origin').textContent =
     'Wrong: off by more than five stated standard errors, or by more than three and the stated tolerance. Uncertain: off by more than the tolerance, within its standard errors. Hover over a cell for its counts.';
   const summary = document.getElementById('summary');
   summary.append(table([['map', true], ['right'], ['of them flagged'], ['uncertain'], ['wrong'], ['of them flagged'], ['refused']],
-    data.summary.map((row) => [el('a', { href: `#${row.name}` }, row.title), row.right, percent(row.alarms), row.uncertain, row.wrong, percent(row.flagged), row.refused])));
+    data.summary.map((row) => [el('a', { href: `#${row.name}` }, row.title), row.right, row.alarms, row.uncertain, row.wrong, row.flagged, row.refused])));
 
   for (const map of data.maps) {
     const host = document.getElementById(map.name);

@@ -121,10 +121,9 @@ std::string key(double y) {
 }
 
 std::string counts_text(const LimitCount& count) {
-  return fmt::format(
-      "{} right ({:.1f} % of them flagged), {} uncertain, {} wrong ({:.1f} % of them flagged), {} refused",
-      count.right, 100.0 * count.false_alarm_share(), count.uncertain, count.wrong,
-      100.0 * count.flagged_share(), count.refused);
+  return fmt::format("{} right ({} of them flagged), {} uncertain, {} wrong ({} of them flagged), {} refused",
+                     count.right, count.false_alarm_text(), count.uncertain, count.wrong,
+                     count.flagged_text(), count.refused);
 }
 
 }  // namespace

@@ -42,10 +42,9 @@ void print_summary(const std::vector<LimitMap>& maps) {
   Table table{{"map", "right", "flagged", "uncertain", "wrong", "flagged", "refused"}, {}};
   for (const auto& map : maps) {
     const LimitCount count = count_of(map);
-    table.rows.push_back(
-        {map.name, std::to_string(count.right), fmt::format("{:.1f} %", 100.0 * count.false_alarm_share()),
-         std::to_string(count.uncertain), std::to_string(count.wrong),
-         fmt::format("{:.1f} %", 100.0 * count.flagged_share()), std::to_string(count.refused)});
+    table.rows.push_back({map.name, std::to_string(count.right), count.false_alarm_text(),
+                          std::to_string(count.uncertain), std::to_string(count.wrong), count.flagged_text(),
+                          std::to_string(count.refused)});
   }
   print(table);
   for (const auto& map : maps) print(fmt::format("{}: {}", map.name, sentence_of(map)));
