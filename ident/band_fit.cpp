@@ -146,7 +146,7 @@ class GroupRefiner {
     return nearest;
   }
   // Last of all, as a mode that is still missing would spoil its neighbours' circles. Modes whose own circle
-  // was sound stay.
+  // was sound stay, and candidates: what a strong neighbour's fit leaves is much beside a weak mode's radius.
   void drop_what_is_no_circle() {
     const auto scatter_of = [&](long r) {
       return seen(target_[static_cast<std::size_t>(r)]) ? 0.0 : fit_.scatter_of(r);
@@ -165,10 +165,12 @@ class GroupRefiner {
     }
   }
   bool seen(const Pole& pole) const {
-    return std::any_of(start_.begin(), start_.end(), [&](const Mode& mode) {
-      return !mode.circles.empty() && std::abs(mode.natural_frequency_hz - pole.natural_frequency_hz) <
-                                          0.5 * bandwidth_hz(pole_of(mode));
-    });
+    const auto is_at = [&](const Pole& other) {
+      return std::abs(other.natural_frequency_hz - pole.natural_frequency_hz) < 0.5 * bandwidth_hz(other);
+    };
+    return std::any_of(candidates_.begin(), candidates_.end(), is_at) ||
+           std::any_of(start_.begin(), start_.end(),
+                       [&](const Mode& mode) { return !mode.circles.empty() && is_at(pole_of(mode)); });
   }
   void weigh_model_error() {
     for (int pass = 0; pass < most_weighings && fit_.lack() > lack_of_fit; ++pass) {

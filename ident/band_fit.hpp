@@ -29,7 +29,7 @@ struct BandFit {
 ///   drop   poles without support: outside 1e-5 < eta < 0.5, half-power band below 0.3 line spacings,
 ///          constants below six standard errors, share below 3 % of all shares around, two poles nearer than
 ///          0.05 bandwidths (one stays), a residual within a bandwidth that goes on from line to line above
-///          10 % of the circle's radius unless the start brought a circle;
+///          10 % of the circle's radius unless the start brought a circle or a candidate stands there;
 ///   add    the pole that would take most out of the residual, or a candidate, if the refitted sum of squares
 ///          falls by more than (2 + 2 outputs) ln(data) (Schwarz, Ann. Statist. 6 (1978) 461) times the
 ///          scatter per degree of freedom times the number of neighbouring lines that are worth one, and
