@@ -9,6 +9,7 @@
 
 #include "fem/error.hpp"
 #include "ident/atomic_file.hpp"
+#include "ident/modal_assurance.hpp"
 #include "ident/noise_floor.hpp"
 
 namespace struna::ident {
@@ -121,10 +122,9 @@ std::vector<PeakDifference> compare_peaks(const std::vector<Peak>& measured,
   return differences;
 }
 
-/// |p^H m|^2/((m^H m)(p^H p)); not defined (NaN) when either vanishes.
+/// The same over lines as modal assurance is over outputs; not defined (NaN) when either vanishes.
 double frac(const Eigen::VectorXcd& measured, const Eigen::VectorXcd& predicted) {
-  const double scale = measured.squaredNorm() * predicted.squaredNorm();
-  return scale > 0.0 ? std::norm(predicted.dot(measured)) / scale : std::numeric_limits<double>::quiet_NaN();
+  return modal_assurance(predicted, measured);
 }
 
 OutputComparison compare_output(const Eigen::VectorXd& f, const Output& measured,

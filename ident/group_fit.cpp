@@ -6,7 +6,9 @@
 #include <cmath>
 #include <numbers>
 
+#include "ident/modal_assurance.hpp"
 #include "ident/mode_flags.hpp"
+#include "ident/schwarz_penalty.hpp"
 
 namespace struna::ident {
 namespace {
@@ -39,8 +41,9 @@ double GroupFit::lack() const {
 
 double GroupFit::penalty() const {
   const double scatter = options_.sigma_known ? std::max(1.0, lack()) : lack();
-  const double data = 2.0 * static_cast<double>(window_->lines() * outputs()) / fit_.line_correlation;
-  return static_cast<double>(2 + 2 * outputs()) * std::log(data) * scatter * fit_.line_correlation;
+  return schwarz_penalty({static_cast<double>(2 + 2 * outputs()),
+                          2.0 * static_cast<double>(window_->lines() * outputs()), fit_.line_correlation,
+                          scatter});
 }
 
 std::pair<long, long> GroupFit::lines_around(const Pole& pole, double bandwidths) const {
@@ -113,11 +116,8 @@ bool GroupFit::is_poor(long r) const {
 
 double GroupFit::assurance(long r, long s) const {
   const Eigen::VectorXd weight = fit_.constant_sigma.row(r).transpose().cwiseInverse();
-  const Eigen::VectorXcd a =
-      fit_.constant.row(r).transpose().cwiseProduct(weight.cast<std::complex<double>>());
-  const Eigen::VectorXcd b =
-      fit_.constant.row(s).transpose().cwiseProduct(weight.cast<std::complex<double>>());
-  return std::norm(a.dot(b)) / (a.squaredNorm() * b.squaredNorm());
+  return modal_assurance(weight.asDiagonal() * fit_.constant.row(r).transpose(),
+                         weight.asDiagonal() * fit_.constant.row(s).transpose());
 }
 
 SecondPole GroupFit::second_pole(long r) const {

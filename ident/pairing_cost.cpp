@@ -10,6 +10,7 @@
 
 #include "fem/error.hpp"
 #include "ident/assignment.hpp"
+#include "ident/modal_assurance.hpp"
 #include "ident/references.hpp"
 
 namespace struna::ident {
@@ -202,8 +203,8 @@ double PairingCost::mac(int measured, int index) const {
   const Eigen::VectorXcd& c = candidates_[static_cast<std::size_t>(measured)].constant;
   const Eigen::VectorXd& m = explanation(index).constant;
   if (c.size() == 0) return std::numeric_limits<double>::quiet_NaN();
-  const double scale = c.squaredNorm() * m.squaredNorm();
-  return scale > 0.0 ? std::norm(m.cast<std::complex<double>>().dot(c)) / scale : 0.0;
+  const double assured = modal_assurance(m.cast<std::complex<double>>(), c);
+  return std::isnan(assured) ? 0.0 : assured;
 }
 
 double PairingCost::pair_cost(const Candidate& measured, const Explanation& explained, const Law& law,

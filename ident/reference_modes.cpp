@@ -4,8 +4,10 @@
 #include <cmath>
 
 #include "ident/group_fit.hpp"
+#include "ident/modal_assurance.hpp"
 #include "ident/mode_flags.hpp"
 #include "ident/rank_one_fit.hpp"
+#include "ident/schwarz_penalty.hpp"
 
 namespace struna::ident {
 namespace {
@@ -99,11 +101,11 @@ class Refiner {
 
   double penalty(const Window& window, const Found& found) const {
     const long outputs = references_.column.rows(), inputs = references_.column.cols();
-    const double data = 2.0 * static_cast<double>(window.lines.lines()) *
-                        static_cast<double>(window.lines.outputs.size()) / found.fit.line_correlation;
+    const double data =
+        2.0 * static_cast<double>(window.lines.lines()) * static_cast<double>(window.lines.outputs.size());
     const double scatter = fit_options_.sigma_known ? std::max(1.0, lack(found.fit)) : lack(found.fit);
-    return static_cast<double>(2 + 2 * outputs + 2 * (inputs - 1)) * std::log(data) * scatter *
-           found.fit.line_correlation;
+    return schwarz_penalty(
+        {static_cast<double>(2 + 2 * outputs + 2 * (inputs - 1)), data, found.fit.line_correlation, scatter});
   }
 
   // Rank excess beyond which it is not noise.
@@ -134,8 +136,8 @@ class Refiner {
       a(o) = k < 0 ? 0.0 : fit.constant(r, k);
       b(o) = k < 0 ? 0.0 : fit.constant(s, k);
     }
-    const double size = a.squaredNorm() * b.squaredNorm();
-    return size > 0.0 ? std::norm(a.dot(b)) / size : 1.0;
+    const double assured = modal_assurance(a, b);
+    return std::isnan(assured) ? 1.0 : assured;  // nothing tells them apart
   }
 
   // Neighbours within a bandwidth that look alike: the set-up may have moved one mode between the references.

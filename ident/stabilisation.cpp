@@ -9,6 +9,8 @@
 #include "fem/error.hpp"
 #include "ident/common_denominator.hpp"
 #include "ident/line_blocks.hpp"
+#include "ident/modal_assurance.hpp"
+#include "ident/schwarz_penalty.hpp"
 
 namespace struna::ident {
 namespace {
@@ -96,11 +98,6 @@ Eigen::VectorXd shape_weights(const TransferFunction& tf) {
   return weight;
 }
 
-double assurance(const Eigen::VectorXcd& a, const Eigen::VectorXcd& b, const Eigen::VectorXd& weight) {
-  const Eigen::VectorXcd x = weight.cwiseProduct(a), y = weight.cwiseProduct(b);
-  return std::norm(x.dot(y)) / (x.squaredNorm() * y.squaredNorm());
-}
-
 struct Change {
   double frequency;    // in bandwidths
   double loss_factor;  // relative
@@ -135,8 +132,9 @@ Stability stability_of(const OrderPole& below, const OrderPole& above, const Eig
   const Change change = change_of(below.pole, above.pole);
   if (change.frequency > options.frequency_tolerance) return Stability::fresh;
   if (change.loss_factor > options.loss_factor_tolerance) return Stability::frequency;
-  const bool same_shape =
-      1.0 - assurance(below.modal_constant, above.modal_constant, weight) <= options.shape_tolerance;
+  const bool same_shape = 1.0 - modal_assurance(weight.asDiagonal() * below.modal_constant,
+                                                weight.asDiagonal() * above.modal_constant) <=
+                          options.shape_tolerance;
   return same_shape ? Stability::all : Stability::damping;
 }
 
@@ -145,7 +143,7 @@ std::vector<OrderPole> chained(const std::vector<std::vector<DenominatorPole>>& 
                                const TransferFunction& lines, const StabilisationOptions& options) {
   const auto outputs = static_cast<double>(lines.outputs.size());
   const double least_gain =
-      (2.0 + 2.0 * outputs) * std::log(2.0 * outputs * static_cast<double>(lines.lines()));
+      schwarz_penalty({2.0 + 2.0 * outputs, 2.0 * outputs * static_cast<double>(lines.lines())});
   const double least_bandwidth = narrowest * band_of(lines).spacing_hz;
   const Eigen::VectorXd weight = shape_weights(lines);
   std::vector<OrderPole> all, below;
