@@ -266,7 +266,8 @@ EndTable read_end(TomlTable& body, const std::string& key, fem::Body& result) {
 
 }  // namespace
 
-fem::Body read_body(TomlTable& table, const fem::Scene& scene, bool acts_in_time) {
+fem::Body read_body(TomlTable& table, const fem::Scene& scene, bool acts_in_time,
+                    std::vector<std::string>& told) {
   // Read first, put together afterwards: g++ 12 destroys twice what a throwing aggregate initialisation has
   // made.
   const std::string name = read_body_name(table, scene);
@@ -293,9 +294,9 @@ fem::Body read_body(TomlTable& table, const fem::Scene& scene, bool acts_in_time
   body.start_support = start.support;
   body.end = end.condition;
   body.end_support = end.support;
-  for (const std::string& warning :
-       curve_warnings(body, table.vectors3("points"), table.positive("length", 0.0)))
-    warn(table.error("points", warning).what());
+  const CurveReport curve = report_curve(body, table.vectors3("points"), table.positive("length", 0.0));
+  if (!curve.statement.empty()) told.push_back(curve.statement);
+  for (const std::string& warning : curve.warnings) warn(table.error("points", warning).what());
   if (table.node("material") != nullptr) body.material = read_material(table.table("material"), acts_in_time);
   table.finish();
   return body;

@@ -205,7 +205,8 @@ void run_eigen(const EigenArguments& arguments) {
     if (arguments.modes > 0) throw UsageError("--modes, --band: give one of the two");
     wanted.band = parse_band(arguments.band);
   }
-  fem::Scene scene = read_scene(arguments.scene);
+  ToldScene read = read_told_scene(arguments.scene);
+  fem::Scene& scene = read.scene;
   apply_parameters(scene, arguments.parameters);
   state_tolerance(scene, arguments.tolerance);
   const fem::Body body = blaming({arguments.scene}, [&] { return chosen_body(scene, arguments.body); });
@@ -219,6 +220,7 @@ void run_eigen(const EigenArguments& arguments) {
   if (!arguments.to.empty()) ident::write_atomically(arguments.to, csv(result, body));
   print(fmt::format("body {}, {} elements", body.name, result.elements));
   print(table(result, body));
+  for (const std::string& line : read.told) print(line);
   if (arguments.explain) {
     print("");
     print(explanation(fmt::format("sized for natural frequencies within {:g} up to {:g} Hz",

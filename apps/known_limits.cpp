@@ -1,6 +1,7 @@
 #include "apps/limit_contact.hpp"
 #include "apps/limit_curves.hpp"
 #include "apps/limit_damping.hpp"
+#include "apps/limit_kinks.hpp"
 #include "apps/limit_laws.hpp"
 #include "apps/limit_modes.hpp"
 #include "apps/limit_newmark.hpp"
@@ -22,6 +23,8 @@ std::vector<KnownLimit> known_limits() {
           {"rayleigh", rayleigh_limits},
           {"extrapolation", extrapolation_limits},
           {"curves", curve_limits},
+          {"kinks", kink_limits},
+          {"near_points", near_point_limits},
           {"newmark", newmark_limits},
           {"newmark_parameters", newmark_parameter_limits},
           {"newmark_contact", newmark_contact_limits},

@@ -10,21 +10,12 @@
 namespace struna::apps {
 namespace {
 
-constexpr double length = 0.68;
-constexpr double diameter = 0.0032;
-constexpr int modes = 6;
 constexpr int elements = 40;
-/// Stated in docs/limits.md: of a natural frequency.
-constexpr double frequency_tolerance = 0.005;
 
 fem::Body body_along(fem::Centreline centreline) {
-  fem::Body body{"wire", std::move(centreline), fem::solid_circle(diameter), 7650.0, 0.3, {}};
+  fem::Body body{"wire", std::move(centreline), fem::solid_circle(curve_diameter), 7650.0, 0.3, {}};
   body.material.youngs_modulus = fem::constant_law(1.2e11);
   return body;
-}
-
-Eigen::VectorXd eigenvalues(const fem::Body& body) {
-  return fem::solve_eigenmodes(fem::assemble(body, elements), modes).eigenvalue;
 }
 
 /// Points of the arc, equally far apart, each off by a normal error in every direction; the ends are true, as
@@ -44,35 +35,46 @@ std::vector<Eigen::Vector3d> digitised(const fem::Centreline& arc, int count, do
 
 }  // namespace
 
+Eigen::VectorXd curve_eigenvalues(const fem::Centreline& centreline, int count) {
+  return fem::solve_eigenmodes(fem::assemble(body_along(centreline), count), fem::curve_modes).eigenvalue;
+}
+
+void judge_curve(const std::vector<Eigen::Vector3d>& points, const Eigen::VectorXd& truth,
+                 LimitTrial& trial) {
+  trial.tolerance = fem::curve_tolerance;
+  try {
+    const fem::Body body = body_along(fem::spline_through(points));
+    trial.error = ((curve_eigenvalues(body.centreline, elements).array() / truth.array()).sqrt() - 1.0)
+                      .abs()
+                      .maxCoeff();
+    const CurveReport report = report_curve(body, points, 0.0);
+    if (report.error.sigma.size() > 0) trial.sigma = report.error.worst;
+    if (!report.warnings.empty()) trial.flags = "curve";
+  } catch (const Error&) {
+    trial.refused = true;
+  }
+}
+
 LimitMap curve_limits(const LimitRun& run) {
   LimitMap map;
   map.name = "curves";
   map.title = "Curve through digitised points of an arc";
-  map.quantity = "natural frequency (relative): the worst of six";
+  map.quantity = curve_quantity;
   map.fails = "a curve zigzags through scattered points, and too few do not tell it";
-  map.sign = "another curve through them that moves natural frequencies, and the radius of the bends";
-  map.then = "warns that the points leave the curve open, or of a bend too tight for a beam";
+  map.sign = "curves that the points leave possible, and the natural frequencies along them";
+  map.then = "states how far they are off, and warns of more than 0.5 %";
   map.axes = {run.axis("points [-]", {8, 12, 16, 24, 48, 96}),
               run.axis("error of a point [mm]", {0, 0.03, 0.1, 0.3, 1, 3}),
               run.axis("angle of the arc [rad]", {0.5, 1.5, 4.5})};
   for (const double angle : map.axes[2].values) {
-    const fem::Centreline arc = fem::circular_arc(length, angle);
-    const Eigen::VectorXd truth = eigenvalues(body_along(arc));
+    const fem::Centreline arc = fem::circular_arc(curve_length, angle);
+    const Eigen::VectorXd truth = curve_eigenvalues(arc, elements);
     for_each_place({map.axes[0], map.axes[1]}, [&](const std::vector<double>& at) {
       for (const unsigned seed : run.draws(at[1] > 0.0 ? 5 : 1)) {
         LimitTrial trial;
         trial.at = {at[0], at[1], angle};
         trial.seed = seed;
-        trial.tolerance = frequency_tolerance;
-        try {
-          const auto points = digitised(arc, static_cast<int>(at[0]), 1e-3 * at[1], seed);
-          const fem::Body body = body_along(fem::spline_through(points));
-          trial.error = ((eigenvalues(body).array() / truth.array()).sqrt() - 1.0).abs().maxCoeff();
-          for (std::size_t k = 0; k < curve_warnings(body, points, 0.0).size(); ++k)
-            trial.flags += trial.flags.empty() ? "curve" : ";curve";
-        } catch (const Error&) {
-          trial.refused = true;
-        }
+        judge_curve(digitised(arc, static_cast<int>(at[0]), 1e-3 * at[1], seed), truth, trial);
         map.trials.push_back(std::move(trial));
       }
     });

@@ -269,15 +269,20 @@ fem::Simulation read_simulation(TomlTable table, double tolerance) {
 }  // namespace
 
 fem::Scene read_scene(const std::string& file) {
+  return read_told_scene(file).scene;
+}
+
+ToldScene read_told_scene(const std::string& file) {
   const toml::table content = parse_toml(file);
   TomlTable root(content, file);
-  fem::Scene scene;
+  ToldScene result;
+  fem::Scene& scene = result.scene;
   scene.tolerance = root.positive("tolerance", 0.0);
   if (scene.tolerance >= 1.0) {
     throw root.error("tolerance", fmt::format("is a fraction, below 1, got {}", scene.tolerance));
   }
   for (TomlTable& body : root.tables("body"))
-    scene.bodies.push_back(read_body(body, scene, root.has("simulation")));
+    scene.bodies.push_back(read_body(body, scene, root.has("simulation"), result.told));
   if (scene.bodies.empty()) throw Error(file, 0, "has no [[body]]: a scene needs at least one");
   if (root.has("drive")) scene.drive = read_drive(root.table("drive"), scene);
   if (root.has("measure")) scene.measurement = read_measurement(root.table("measure"), scene);
@@ -285,7 +290,7 @@ fem::Scene read_scene(const std::string& file) {
   if (root.has("simulation")) scene.simulation = read_simulation(root.table("simulation"), scene.tolerance);
   root.finish();
   for (const std::string& warning : scene_warnings(scene)) warn(file + ": " + warning);
-  return scene;
+  return result;
 }
 
 void apply_parameters(fem::Scene& scene, const std::vector<std::string>& parameter_files) {

@@ -15,6 +15,14 @@ namespace struna::apps {
 /// parameters. Commands that need it call require_modulus.
 fem::Scene read_scene(const std::string& file);
 
+/// The same with what is told of the scene that is no warning, a line each: how far centrelines through
+/// points can be trusted.
+struct ToldScene {
+  fem::Scene scene;
+  std::vector<std::string> told;
+};
+ToldScene read_told_scene(const std::string& file);
+
 /// Puts identified parameters into the body that they belong to, and into no other. Throws Error when the
 /// scene has no such body, or two files speak of the same one.
 void apply_parameters(fem::Scene& scene, const std::vector<std::string>& parameter_files);

@@ -31,6 +31,12 @@ void BandCholesky::solve(Eigen::Ref<Eigen::VectorXd> x) const {
     x[j] *= lower_(0, j);
     x.segment(j + 1, reach) -= x[j] * lower_.col(j).segment(1, reach);
   }
+  colour(x);
+}
+
+void BandCholesky::colour(Eigen::Ref<Eigen::VectorXd> x) const {
+  const int n = static_cast<int>(lower_.cols());
+  const int width = static_cast<int>(lower_.rows()) - 1;
   for (int j = n - 1; j >= 0; --j) {
     const int reach = std::min(width, n - 1 - j);
     x[j] = (x[j] - lower_.col(j).segment(1, reach).dot(x.segment(j + 1, reach))) * lower_(0, j);

@@ -7,18 +7,11 @@
 #include <cmath>
 #include <numbers>
 
+#include "fem/centreline_curve.hpp"
 #include "fem/error.hpp"
 #include "fem/quadrature.hpp"
 
 namespace struna::fem {
-
-class Centreline::Curve {
- public:
-  virtual ~Curve() = default;
-  virtual double length() const = 0;
-  virtual CurvePoint at(double s) const = 0;
-  virtual bool is_straight() const { return false; }
-};
 
 namespace {
 
