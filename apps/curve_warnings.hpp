@@ -9,7 +9,7 @@
 namespace struna::apps {
 
 inline constexpr double tightest_bend = 5.0;  ///< thicknesses; where beam theory ends
-inline constexpr double sharpest_turn = 0.8;  ///< [rad] at one of few points
+inline constexpr double sharpest_turn = 0.85;  ///< [rad] at one of few points
 
 /// What is told of a body's centreline through points.
 struct CurveReport {

@@ -54,8 +54,8 @@ TEST(CurveWarnings, CurvesDrawnByFewPointsHaveNone) {
 }
 
 TEST(CurveWarnings, ZigzagsLeaveTheCurveOpen) {
-  EXPECT_THAT(warnings_of(arc_points(24, 1e-3)), ElementsAre(HasSubstr("leave open how the curve runs")));
-  EXPECT_GT(report_of(arc_points(24, 1e-3)).error.worst, report_of(arc_points(24, 1e-4)).error.worst);
+  EXPECT_THAT(warnings_of(arc_points(24, 2e-3)), ElementsAre(HasSubstr("leave open how the curve runs")));
+  EXPECT_GT(report_of(arc_points(24, 2e-3)).error.worst, report_of(arc_points(24, 1e-4)).error.worst);
 }
 
 TEST(CurveWarnings, StatementTellsTheErrorOrTheDistance) {
@@ -107,21 +107,22 @@ TEST(Limits, CurvesThroughScatteredPointsAreToldOf) {
 TEST(Limits, BendsBetweenPointsAreToldOf) {
   LimitRun run;
   run.seeds = 1;
-  run.every = 3;
+  run.every = 2;
   const LimitMap map = kink_limits(run);
   const LimitCount all = count_of(map);
+  EXPECT_EQ(all.wrong_flagged, all.wrong);
   EXPECT_LE(10 * all.wrong, all.uncertain);
   EXPECT_GT(all.right, 10);
   long off = 0, told = 0, drawn = 0, drawn_flagged = 0;
   for (const LimitTrial& t : map.trials) {
-    const bool gentle_of_few = t.at[0] < 5.0 && t.at[1] < 1.0;  // told by the statement only
+    const bool gentle_of_few = t.at[0] < 5.0 && t.at[1] < 2.0;  // told by the statement only
     off += t.error > t.tolerance && !gentle_of_few;
     told += t.error > t.tolerance && !gentle_of_few && !t.flags.empty();
     const bool few = t.at[2] == 0.0 && t.at[0] < 8.0 && t.at[1] / (t.at[0] - 1.0) < 0.6;
     drawn += few;
     drawn_flagged += few && !t.flags.empty();
   }
-  EXPECT_GT(off, 30);
+  EXPECT_GT(off, 20);
   EXPECT_GE(told, 0.95 * static_cast<double>(off));
   EXPECT_GT(drawn, 2);
   EXPECT_EQ(drawn_flagged, 0);
