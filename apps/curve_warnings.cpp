@@ -79,7 +79,9 @@ CurveReport report_curve(const fem::Body& body, const Points& points, double len
         "take one of them out",
         body.name, i + 1, i + 2, (points[first + 1] - points[first]).norm()));
   }
-  const double radius = fem::smallest_radius(body.centreline), thick = fem::thickness(body.section);
+  // A zigzag of points is no bend where the curve behind them has none.
+  const double drawn = fem::smallest_radius(body.centreline), thick = fem::thickness(body.section);
+  const double radius = open ? drawn : std::max(drawn, report.error.radius);
   if (radius < tightest_bend * thick)
     report.warnings.push_back(fmt::format(
         "of body '{}' bend it to a radius of {:.2g} m, {:.2g} times its thickness: below {:g} times beam "

@@ -8,7 +8,7 @@
 
 namespace struna::apps {
 
-inline constexpr double tightest_bend = 5.0;  ///< thicknesses; where beam theory ends
+inline constexpr double tightest_bend = 5.0;   ///< thicknesses; where beam theory ends
 inline constexpr double sharpest_turn = 0.85;  ///< [rad] at one of few points
 
 /// What is told of a body's centreline through points.
@@ -21,7 +21,8 @@ struct CurveReport {
 /// Warnings: natural frequencies are more likely off by more than fem::curve_tolerance than not; few points
 /// that turn by more than sharpest_turn at one of them, or lie straight beside a bend; two points so near
 /// each other that they tell no direction; a bend tighter than tightest_bend thicknesses (a kink, points in
-/// the wrong order). `length`: as given; 0: the points' own.
+/// the wrong order); of the last two only where they matter, to natural frequencies or to few points.
+/// `length`: as given; 0: the points' own.
 CurveReport report_curve(const fem::Body& body, const std::vector<Eigen::Vector3d>& points, double length);
 
 }  // namespace struna::apps

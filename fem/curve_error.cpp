@@ -89,7 +89,7 @@ CurveError bent_error(const Body& body, const Points& points, double length, con
   const Eigen::ArrayXd distance = corner_distance(body, {between.value_or(points)}, length);
   const double worst = distance.maxCoeff();
   const double beyond = worst > curve_tolerance ? 1.0 : 0.0;
-  if (bend.rest < straight) return {distance, worst, beyond, 0.0, true};
+  if (bend.rest < straight) return {distance, worst, beyond, 0.0, 0.0, true};
   error.sigma = error.sigma.max(distance);
   error.worst = std::max(error.worst, worst);
   error.probability = std::max(error.probability, beyond);
@@ -103,12 +103,13 @@ CurveError smooth_error(const Body& body, const Points& points, double length) {
       std::clamp(static_cast<int>(elements_per_radian * curves.turn), fewest_elements, most_elements);
   // Differences between smooth curves do with half the elements.
   const int coarse = fine / 2;
-  const Eigen::ArrayXd off = frequencies(body, body.centreline, fine) /
-                             frequencies(body, centreline_along(curves.likeliest, length), fine);
-  const Eigen::ArrayXd likeliest = frequencies(body, centreline_along(curves.likeliest, length), coarse);
+  const Centreline best = centreline_along(curves.likeliest, length);
+  const Eigen::ArrayXd off = frequencies(body, body.centreline, fine) / frequencies(body, best, fine);
+  const Eigen::ArrayXd likeliest = frequencies(body, best, coarse);
   CurveError error;
   error.digitised = true;
   error.scatter = curves.likeliest.scatter;
+  error.radius = smallest_radius(best);
   Eigen::ArrayXd square = Eigen::ArrayXd::Zero(curve_modes);
   double worst_square = 0.0;
   int beyond = 0;

@@ -14,6 +14,7 @@ struct CurveError {
   double worst = 0.0;        ///< the same of the worst of them: root mean square of its error
   double probability = 0.0;  ///< that the worst is off by more than the tolerance
   double scatter = 0.0;      ///< of the points across the curve [m]
+  double radius = 0.0;       ///< the smallest of the likeliest curve [m]; 0 where there is none
   bool digitised = false;    ///< whether the points are enough to be taken for read off a curve
 };
 inline constexpr int curve_modes = 6;
