@@ -5,7 +5,7 @@
 namespace struna::apps {
 
 /// Two straight pieces with a tight bend between them, read off at points equally far apart, against the beam
-/// that bends so: points, angle and radius of the bend, whose place is drawn. Last, curves that are what the
+/// that bends so: points, angle and radius of the bend, whose place is drawn. First, curves that are what the
 /// points draw, as gently bent all along.
 LimitMap kink_limits(const LimitRun& run);
 
