@@ -30,6 +30,7 @@ std::vector<KnownLimit> known_limits() {
           {"newmark_contact", newmark_contact_limits},
           {"modal_contact", modal_contact_limits},
           {"contact_tolerance", contact_tolerance_limits},
+          {"stiff_wall", stiff_wall_limits},
           {"truncation", truncation_limits},
           {"damping_in_time", damping_in_time_limits},
           {"penalty", penalty_limits}};

@@ -31,9 +31,9 @@ Choice modes_choice(const fem::SimulationReport& report) {
     choice.why = "a fixed step takes every mode";
   } else if (report.accuracy) {
     choice.why = fmt::format(
-        "tried from {:.3g} to {:.3g} s, around the first touch, against every mode and a tenth of "
-        "the tolerance",
-        report.accuracy->checked_from, report.accuracy->checked_until);
+        "tried from {:.3g} to {:.3g} s, around the first touch, against every mode at a tolerance of "
+        "{:.1e}, its own error added",
+        report.accuracy->checked_from, report.accuracy->checked_until, report.accuracy->reference.tolerance);
     choice.error = report.accuracy->estimated_error;
     choice.tolerance = report.tolerance;
     const fem::AccuracyTrial& chosen = report.accuracy->chosen;

@@ -124,9 +124,19 @@ bool take_over(const StepCheck& check, const RunContext& run) {
 
 /// Whether its first part excites what the rest does.
 bool is_steady(const Excitation& excitation) {
-  using Kind = Excitation::Kind;
-  return excitation.kind == Kind::sine || excitation.kind == Kind::random ||
-         excitation.kind == Kind::multisine;
+  using enum Excitation::Kind;
+  return excitation.kind == sine || excitation.kind == random || excitation.kind == multisine;
+}
+
+/// A contact that swings faster than its steps, of `part` [s] in contact, rebounds as the steps have it, not
+/// as the law has. `radians`: of the swing, that a step may take.
+void warn_of_step(const RunContext& run, double part, int substeps, double radians, const char* cure) {
+  const double rate = run.plan.fastest_contact;
+  if (rate * part <= radians) return;
+  run.warn(fmt::format(
+      "in contact the step of {:.2g} s is long against the contact spring's period of {:.2g} s: blows are "
+      "not resolved; a step of {:.1g} s would, or {}",
+      part, 2.0 * std::numbers::pi / rate, radians / rate * substeps, cure));
 }
 
 /// Modes and steps from the tolerance, told in the report. With a fixed step every mode is stepped. False:
@@ -139,10 +149,13 @@ bool set_accuracy(const RunContext& run, const std::vector<ModalBody>& bodies, b
   const double duration = std::min(run.scene.simulation->duration, motion.duration());
   const bool settled = starts_settled(run.scene, run.plan, contact);
   if (options.step > 0.0) {
-    ModalSteppingOptions stepped = options;
-    stepped.step = std::min(options.step, sampling.interval());  // steps end at every state looked at
-    return !contact ||
-           take_over(check_step(bodies, run.plan.points, at, duration, stepped, settled, run.progress), run);
+    if (!contact) return true;
+    // Touch is located and energy kept: three steps a period serve, fewer agree with finer ones by chance.
+    const int substeps = options.contact_substeps;
+    const double interval = sampling.interval();
+    warn_of_step(run, std::min(options.step / substeps, interval), substeps, 2.0, "a tolerance instead");
+    return take_over(
+        check_step(bodies, run.plan.points, at, duration, options, settled, run.progress, interval), run);
   }
   if (!contact) {
     options.highest_mode_hz = static_mode_limit(motion.highest_hz(), options.tolerance);
@@ -152,7 +165,7 @@ bool set_accuracy(const RunContext& run, const std::vector<ModalBody>& bodies, b
   const AccuracyChoice choice = choose_accuracy(
       bodies, run.plan.points, at,
       first_cut_hz(motion.highest_hz(), options.tolerance, is_steady(run.scene.simulation->excitation)),
-      duration, options, settled, run.progress, run.levels);
+      duration, options, settled, run.progress, run.levels, sampling.interval());
   if (choice.interrupted) return false;
   options.highest_mode_hz = choice.highest_mode_hz;
   options.tolerance = choice.tolerance;
@@ -161,10 +174,10 @@ bool set_accuracy(const RunContext& run, const std::vector<ModalBody>& bodies, b
   report.error_checked_until = choice.checked_until;
   if (report.estimated_error > report.tolerance) {
     run.warn(fmt::format(
-        "the tolerance of {:g} is not met: up to {:.3g} s, soon after the first touch, the estimated error "
-        "is {:.2g} of the largest displacement (trajectories part quickly here); levels and spectra hold "
-        "longer",
-        report.tolerance, report.error_checked_until, report.estimated_error));
+        "the tolerance of {:g} is not met: trajectories part quickly here; they are known to it up to {:.4g} "
+        "s, and up to {:.3g} s, soon after the first touch, to {:.2g} of the largest displacement; beyond, "
+        "trust levels and spectra, and no instant",
+        report.tolerance, choice.known_until, report.error_checked_until, report.estimated_error));
   }
   if (choice.checked_until > 0.0) report.accuracy = choice;
   return true;
@@ -250,31 +263,32 @@ double newmark_step(const Simulation& simulation, double highest_hz, bool contac
   return contact ? std::min(step, 1e-5) : step;
 }
 
+/// newmark_error() of the bodies; the worst.
+double drift_of(const RunContext& run, const NewmarkOptions& options) {
+  const MotionHistory& motion = run.motion;
+  const double highest_hz = motion.highest_hz();
+  double worst = 0.0;
+  for (const auto& [mesh, model, modes, drive, coordinates] : run.plan.bodies) {
+    const Material& material = model.body.material;
+    const Rayleigh rayleigh = material.damping == Damping::viscous ? material.rayleigh : Rayleigh{};
+    const auto body = modal_body(model, modes, modal_coordinates(model, modes, drive), drive, highest_hz);
+    const auto at = [&](double t) { return motion.at(t); };
+    worst = std::max(worst,
+                     newmark_error(options, body, rayleigh, at, highest_hz, run.scene.simulation->duration));
+  }
+  return worst;
+}
+
 /// What a user should know of Newmark's step.
 void warn_of_drift(const RunContext& run, const NewmarkOptions& options) {
   constexpr double noticed = 0.05;
-  const double highest_hz = run.motion.highest_hz();
-  const auto& body = run.plan.bodies[static_cast<std::size_t>(run.plan.measured_body)];
-  const double drift =
-      newmark_error(options, highest_hz, body.model.body.material.rayleigh, run.scene.simulation->duration);
+  const double highest_hz = run.motion.highest_hz(), drift = drift_of(run, options);
   if (!(drift > noticed)) return;
   run.warn(fmt::format(
       "newmark's step of {:.3g} s makes vibrations at {:g} Hz too slow by {:.2g} %, which puts some {:.0f} % "
       "of the response in error as they ring; a step of {:.2g} s would leave 5 %, the modal method none",
       options.step, highest_hz, 100.0 * newmark_period_error(options.step, highest_hz),
       std::min(100.0, 100.0 * drift), options.step * std::sqrt(noticed / drift)));
-}
-
-/// A contact that swings faster than its steps rebounds as the steps have it, not as the law has.
-void warn_of_step(const RunContext& run, const NewmarkOptions& options) {
-  const double part = options.step / options.contact_substeps;
-  constexpr double radians_per_step = 0.5;  // a dozen steps a period
-  if (run.plan.fastest_contact * part <= radians_per_step) return;
-  run.warn(fmt::format(
-      "in contact the step of {:.2g} s is long against the contact spring's period of {:.2g} s: blows are "
-      "not resolved; a step of {:.1g} s would, or method \"modal\", which locates them",
-      part, 2.0 * std::numbers::pi / run.plan.fastest_contact,
-      radians_per_step / run.plan.fastest_contact * options.contact_substeps));
 }
 
 RunEnd run_newmark(const RunContext& context, bool contact) {
@@ -304,12 +318,14 @@ RunEnd run_newmark(const RunContext& context, bool contact) {
   response.report.step = options.step;
   const bool settled = starts_settled(scene, plan, contact);
   if (contact) {
-    warn_of_step(context, options);
+    warn_of_step(context, options.step / options.contact_substeps, options.contact_substeps, 0.5,
+                 "method \"modal\", which locates them");
     warn_of_drift(context, options);
     warn_of_filter(context, sampling, contact);
     const double duration = std::min(simulation.duration, motion.duration());
     const auto at = [motion](double t) { return motion.at(t); };
-    const StepCheck check = check_step(bodies, plan.points, at, duration, options, settled, progress);
+    const auto check =
+        check_step(bodies, plan.points, at, duration, options, settled, progress, sampling.interval());
     if (!take_over(check, context)) return RunEnd::interrupted;
   }
   const auto stepper = newmark_run(plan, std::move(bodies), contact, motion, options, settled);

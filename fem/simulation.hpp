@@ -45,8 +45,8 @@ struct SimulationReport {
   double step = 0.0;             ///< when fixed [s]
   double highest_mode_hz = 0.0;  ///< modal: modes above follow statically; 0: every mode is stepped
   double estimated_error = 0.0;  ///< with contact, of a contact point's displacement over the largest one:
-                                 ///< against a run with every mode and a tenth of the tolerance, up to 20 ms
-                                 ///< beyond the first touch; 0: not estimated (linear or fixed step)
+                                 ///< up to 20 ms beyond the first touch, against a refined run whose own error
+                                 ///< is added (accuracy_choice.hpp, step_check.hpp); 0: not estimated (linear)
   double error_checked_until = 0.0;        ///< [s]
   std::optional<AccuracyChoice> accuracy;  ///< how modes and steps were chosen; nothing where nothing touched
   std::optional<double> causal_distance;   ///< modal, structural damping: of the law used in time from the

@@ -31,8 +31,8 @@ std::vector<Eigen::Vector2d> offsets(const Stepper& stepper, std::size_t points)
 template <class Stepper, class Bodies, class Options>
 StepCheck checked(const Bodies& bodies, const std::vector<ContactPoint>& points,
                   const PrescribedMotion& motion, double duration, const Options& options, bool settle,
-                  const std::function<bool(double)>& progress) {
-  const double interval = options.step * std::ceil(least_interval / options.step);
+                  const std::function<bool(double)>& progress, double looks) {
+  const double interval = looks > 0.0 ? looks : options.step * std::ceil(least_interval / options.step);
   const auto asked_on = [&](long look, double t) {
     if (look % 256 == 0 && progress && !progress(t)) throw TrialInterrupted();
   };
@@ -87,14 +87,16 @@ StepCheck checked_unless_stopped(const Arguments&... arguments) {
 
 StepCheck check_step(const std::vector<NodalBody>& bodies, const std::vector<ContactPoint>& points,
                      const PrescribedMotion& motion, double duration, const NewmarkOptions& options,
-                     bool settle, const std::function<bool(double)>& progress) {
-  return checked_unless_stopped<NewmarkStepper>(bodies, points, motion, duration, options, settle, progress);
+                     bool settle, const std::function<bool(double)>& progress, double interval) {
+  return checked_unless_stopped<NewmarkStepper>(bodies, points, motion, duration, options, settle, progress,
+                                                interval);
 }
 
 StepCheck check_step(const std::vector<ModalBody>& bodies, const std::vector<ContactPoint>& points,
                      const PrescribedMotion& motion, double duration, const ModalSteppingOptions& options,
-                     bool settle, const std::function<bool(double)>& progress) {
-  return checked_unless_stopped<ModalStepper>(bodies, points, motion, duration, options, settle, progress);
+                     bool settle, const std::function<bool(double)>& progress, double interval) {
+  return checked_unless_stopped<ModalStepper>(bodies, points, motion, duration, options, settle, progress,
+                                              interval);
 }
 
 }  // namespace struna::fem

@@ -20,13 +20,14 @@ struct StepCheck {
 /// Both run from t = 0, the second only where the first has touched: together they cost up to five times a
 /// run with the step up to the first touch and 20 ms beyond. `settle`: from the static rest, contacts
 /// included; else from the static shape moving with the base. `progress` is called now and then with the time
-/// that a trial has reached [s]; false stops. Throws Error as the steppers do.
+/// that a trial has reached [s]; false stops. `interval` [s]: between the states that the run looks at, where
+/// its steps end; 0: whole steps, 2e-5 s or more. Throws Error as the steppers do.
 StepCheck check_step(const std::vector<NodalBody>& bodies, const std::vector<ContactPoint>& points,
                      const PrescribedMotion& motion, double duration, const NewmarkOptions& options,
-                     bool settle, const std::function<bool(double)>& progress = {});
+                     bool settle, const std::function<bool(double)>& progress = {}, double interval = 0.0);
 /// The same of the modal method with options.step > 0.
 StepCheck check_step(const std::vector<ModalBody>& bodies, const std::vector<ContactPoint>& points,
                      const PrescribedMotion& motion, double duration, const ModalSteppingOptions& options,
-                     bool settle, const std::function<bool(double)>& progress = {});
+                     bool settle, const std::function<bool(double)>& progress = {}, double interval = 0.0);
 
 }  // namespace struna::fem

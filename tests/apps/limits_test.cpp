@@ -251,8 +251,37 @@ TEST(Limits, FixedStepsInContactAreCheckedOnBothSides) {
   EXPECT_GT(rough.wrong, 0);
 }
 
+TEST(Limits, TolerancesInContactAreKeptOrTold) {
+  LimitRun run;
+  run.seeds = 1;
+  run.every = 10;  // the ends of each axis
+  const LimitCount all = count_of(contact_tolerance_limits(run));
+  EXPECT_EQ(all.wrong_flagged, all.wrong);
+  EXPECT_GE(all.right, 6);
+  EXPECT_LE(all.right_flagged, 1);
+}
+
+TEST(Limits, WallsTooStiffForStepsAreRefusedOrTold) {
+  LimitRun run;
+  run.seeds = 1;
+  run.every = 10;
+  const LimitMap map = stiff_wall_limits(run);
+  for (const LimitTrial& t : map.trials) EXPECT_EQ(t.refused, t.at[0] >= 1e12) << t.at[0];
+  const LimitCount all = count_of(map);
+  EXPECT_EQ(all.wrong_flagged, all.wrong);  // Newmark's step of 100 us
+  EXPECT_GE(all.wrong, 1);
+  EXPECT_GE(all.right, 3);
+  EXPECT_EQ(all.right_flagged, 0);
+  EXPECT_EQ(all.refused, 4);
+  const auto far = [](const LimitTrial& t) {
+    return t.refused && t.at[2] == 0.0 && !(t.error <= t.tolerance);
+  };
+  EXPECT_EQ(part_of(map, far).trials.size(), 2U);  // what is refused would have missed its tolerance
+}
+
 TEST(Limits, NewmarkPairsThatGrowAreRefusedAndThoseThatDampAreToldOf) {
   LimitRun run;
+  run.seeds = 1;
   run.every = 2;
   const LimitMap map = newmark_parameter_limits(run);
   for (const LimitTrial& t : map.trials) {

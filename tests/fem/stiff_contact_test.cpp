@@ -133,6 +133,25 @@ TEST(StiffContact, NewmarkTellsThatItsStepsDoNotResolveTheBlows) {
   EXPECT_TRUE(told());
 }
 
+TEST(StiffContact, ModalTellsWhereAFixedStepHoldsNoThreeStepsOfABlow) {
+  auto scene = banded_scene(Excitation::Kind::sine, 0.03, 1e-4);
+  scene.simulation->step = 1e-4;  // in contact a fifth
+  scene.simulation->duration = 0.006;
+  scene.simulation->excitation.frequency_hz = 100.0;
+  scene.simulation->excitation.acceleration = 400.0;
+  const auto told = [&] {
+    for (const auto& warning : simulated(scene).report.warnings) {
+      if (warning.find("blows are not resolved") != std::string::npos) return true;
+    }
+    return false;
+  };
+  EXPECT_FALSE(told());  // 0.2 rad in 20 us
+  scene.contacts[0].stiffness = 1e8;
+  EXPECT_TRUE(told());
+  scene.simulation->step = 1e-6;
+  EXPECT_FALSE(told());
+}
+
 TEST(StiffContact, SpringSofterThanTheWireAcrossItsLengthIsNoWall) {
   const FilterContact filter;
   Contact contact = filter.scene.contacts[0];
