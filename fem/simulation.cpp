@@ -51,6 +51,7 @@ bool starts_settled(const Scene& scene, const SimulationPlan& plan, bool contact
 /// States sampled per second in front of the anti-alias filter, with contact [Hz]. From 10 to 80 kHz the
 /// half-octave levels of a 5 kHz record change by less than 0.01 dB (docs/simulation.md).
 constexpr double contact_sampling_hz = 40000.0;
+constexpr double noticed = 0.05;  ///< error of a step that no tolerance chose
 
 /// The most states per record sample: beyond 64 only as many as the motion's own band needs.
 double largest_oversampling(double rate, double highest_hz) {
@@ -105,7 +106,6 @@ bool take_over(const StepCheck& check, const RunContext& run) {
   SimulationReport& report = run.response.report;
   report.estimated_error = check.estimated_error;
   report.error_checked_until = check.checked_until;
-  constexpr double noticed = 0.045;  // beyond it errors reach 5 %: docs/limits.md
   if (report.estimated_error > noticed) {
     run.warn(fmt::format(
         "the step of {:.3g} s is too long for the contacts: up to {:.3g} s, soon after the first touch, the "
@@ -150,10 +150,10 @@ bool set_accuracy(const RunContext& run, const std::vector<ModalBody>& bodies, b
   const bool settled = starts_settled(run.scene, run.plan, contact);
   if (options.step > 0.0) {
     if (!contact) return true;
-    // Touch is located and energy kept: three steps a period serve, fewer agree with finer ones by chance.
-    const int substeps = options.contact_substeps;
+    // Touch is located and energy kept. Steps longer than a blow agree with finer ones by chance.
     const double interval = sampling.interval();
-    warn_of_step(run, std::min(options.step / substeps, interval), substeps, 2.0, "a tolerance instead");
+    const double part = std::min(options.step / options.contact_substeps, interval);
+    warn_of_step(run, part, options.contact_substeps, std::numbers::pi, "a tolerance instead");
     return take_over(
         check_step(bodies, run.plan.points, at, duration, options, settled, run.progress, interval), run);
   }
@@ -281,7 +281,6 @@ double drift_of(const RunContext& run, const NewmarkOptions& options) {
 
 /// What a user should know of Newmark's step.
 void warn_of_drift(const RunContext& run, const NewmarkOptions& options) {
-  constexpr double noticed = 0.05;
   const double highest_hz = run.motion.highest_hz(), drift = drift_of(run, options);
   if (!(drift > noticed)) return;
   run.warn(fmt::format(
