@@ -157,7 +157,8 @@ LimitMap contact_limits(const LimitRun& run, fem::IntegrationMethod method, cons
                         const std::vector<double>& stiffnesses, LimitMap map) {
   map.quantity = "displacement of the contact points (largest error over largest displacement)";
   map.fails = "touch falls between steps, and the trajectory parts from the true one";
-  map.sign = "a run with a quarter of the step up to 20 ms beyond the first touch";
+  map.sign =
+      "a run with a quarter of the step up to 20 ms beyond the first touch, and a step longer than a blow";
   map.then = "warns and tells the estimated error";
   map.axes = {run.axis("step [us]", steps), run.axis("stiffness [N/m]", stiffnesses),
               run.axis("dashpot [N s/m]", {1, 10, 100})};
@@ -235,7 +236,10 @@ LimitMap stiff_wall_limits(const LimitRun& run) {
   map.title = "A wall too stiff for steps: 0 modal to a tolerance, 1 modal fixed, 2 Newmark";
   map.quantity = "displacement of the contact points (largest error over largest displacement)";
   map.fails = "blows become shorter than any step, and the path parts or the run does not end";
-  map.sign = "the spring over the wire's between its nodes, and the checks of steps and tolerances";
+  map.sign =
+      "the spring over the wire's between its nodes, the checks of steps and tolerances, and a step longer "
+      "than "
+      "a blow";
   map.then = "refuses with the hard stop that stands for it, or warns";
   map.axes = {run.axis("stiffness [N/m]", {1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12}),
               run.axis("tolerance; step over 10 ms", {1e-4, 1e-3, 1e-2}), run.axis("method", {0, 1, 2})};

@@ -44,7 +44,7 @@ LimitMap newmark_limits(const LimitRun& run) {
   map.quantity = "force at the far support (rms over rms)";
   map.fails =
       "vibrations come out too slow by (w dt)^2/12 and drift out of phase, the more the less they are damped";
-  map.sign = "that shift over the width of a resonance at the band's upper edge";
+  map.sign = "what the scheme makes of the modes up to twice the band's end under this motion";
   map.then = "warns and names the step that would do";
   map.axes = {run.axis("steps per period", {4, 8, 16, 32, 64, 128, 256}),
               run.axis("damping ratio [%]", {0.03, 0.1, 0.3, 1, 3, 10}), run.axis("duration [s]", {0.2, 1})};
