@@ -150,10 +150,10 @@ bool set_accuracy(const RunContext& run, const std::vector<ModalBody>& bodies, b
   const bool settled = starts_settled(run.scene, run.plan, contact);
   if (options.step > 0.0) {
     if (!contact) return true;
-    // Touch is located and energy kept. Steps longer than a blow agree with finer ones by chance.
+    // Touch is located and energy kept: three steps a period serve, fewer agree with finer ones by chance.
     const double interval = sampling.interval();
     const double part = std::min(options.step / options.contact_substeps, interval);
-    warn_of_step(run, part, options.contact_substeps, std::numbers::pi, "a tolerance instead");
+    warn_of_step(run, part, options.contact_substeps, 2.0, "a tolerance instead");
     return take_over(
         check_step(bodies, run.plan.points, at, duration, options, settled, run.progress, interval), run);
   }

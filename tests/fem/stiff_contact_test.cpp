@@ -133,7 +133,7 @@ TEST(StiffContact, NewmarkTellsThatItsStepsDoNotResolveTheBlows) {
   EXPECT_TRUE(told());
 }
 
-TEST(StiffContact, ModalTellsThatAFixedStepIsLongerThanABlow) {
+TEST(StiffContact, ModalTellsThatAFixedStepIsLongForABlow) {
   auto scene = banded_scene(Excitation::Kind::sine, 0.03, 1e-4);
   scene.simulation->step = 1e-4;  // in contact a fifth
   scene.simulation->duration = 0.006;
