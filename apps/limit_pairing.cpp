@@ -171,6 +171,21 @@ double false_share(const ident::Pairing& pairing, const Measured& measured) {
   return static_cast<double>(wrong) / static_cast<double>(pairing.pairs.size());
 }
 
+/// Whether a doubt says that pairs may be false. That modes are missing from the list or none of the wire's
+/// is a statement about the list, true or not whatever the pairs are; and a law that two or three modes do
+/// not allow to choose is one about the law.
+bool questions_pairs(const ident::Doubt& doubt) {
+  switch (doubt.kind) {
+    case ident::DoubtKind::modes_unpaired:
+    case ident::DoubtKind::modes_unseen:
+      return false;
+    case ident::DoubtKind::law_misfit:
+      return doubt.names.front() == "modulus" && doubt.names.size() == 2;
+    default:
+      return true;
+  }
+}
+
 }  // namespace
 
 LimitMap pairing_limits(const LimitRun& run) {
@@ -179,8 +194,8 @@ LimitMap pairing_limits(const LimitRun& run) {
   map.title = "Pairing: modes missing and modes that are none";
   map.quantity = "share of the pairs that are false";
   map.fails = "a spurious mode takes the place of a missing one, or a short list fits another modulus";
-  map.sign = "constants that disagree, sound modes left over, strong model modes that were not measured";
-  map.then = "leaves the mode out or doubts the whole";
+  map.sign = "constants that stand out from the others', and other pairs or chance nearly as probable";
+  map.then = "leaves the mode out, or doubts the whole (pairing_open)";
   map.axes = {run.axis("modes missing [%]", {0, 10, 30, 50, 70, 85}),
               run.axis("spurious modes [-]", {0, 1, 2, 4}),
               run.axis("modulus of the scene over the true one [-]", {0.3, 1, 3})};
@@ -200,7 +215,8 @@ LimitMap pairing_limits(const LimitRun& run) {
         trial.error = false_share(identified.pairing, measured);
         for (const ident::Doubt& doubt : ident::identification_doubts(measured.set, model, wire.drive,
                                                                       wire.measurement, options, identified))
-          trial.flags += (trial.flags.empty() ? "" : ";") + ident::to_string(doubt.kind);
+          if (questions_pairs(doubt))
+            trial.flags += (trial.flags.empty() ? "" : ";") + ident::to_string(doubt.kind);
       } catch (const Error&) {
         trial.refused = true;
       }

@@ -1,8 +1,5 @@
 #include "ident/doubts.hpp"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
-
 #include <algorithm>
 #include <cmath>
 
@@ -17,31 +14,16 @@ constexpr double gross_share = 0.5;         // … and disbelieved
 constexpr double unpaired_share = 0.25;     // of the sound modes, above which
 constexpr double unseen_share = 1.0 / 3.0;  // of paired and unseen model modes, above which
 constexpr double visible_strength = 0.5;    // of the paired modes' median |C|/lambda
+constexpr double open_odds = 0.05;          // of other pairs than those found, above which
 constexpr double least_offset_db = 2.0;     // calibrations are not better
 constexpr double offset_scatter = 3.0;      // standard deviations of a mode's level that an offset exceeds
 constexpr double misfit_sigma = 3.0;        // rms over sigma of a law
+constexpr double usual_slope = 0.1;         // of ln E over ln f, of wires: no more
 constexpr double least_frac = 0.85;         // of what noise leaves possible
 constexpr double weak_output = 0.1;         // of the strongest output: cross-talk, of which nothing is asked
 constexpr double viscous_margin = 0.9;      // of the structural model's level error, below which
 constexpr double rayleigh_margin =
     0.5;  // of the other laws' rms, below which Rayleigh's line is plainly better
-
-struct KnownFactor {
-  double factor;
-  const char* meaning;
-};
-constexpr KnownFactor known_factors[] = {
-    {1000.0, "mm taken for m, mN for N, or g/cm^3 for kg/m^3"},
-    {1e6, "um taken for m, or two of mm for m and mN for N"},
-    {9.80665, "g taken for m/s^2, or kgf for N"},
-    {4.4482216, "lbf taken for N"},
-    {39.3701, "inches taken for m"},
-    {25.4, "inches taken for mm"},
-    {2.0, "diameter taken for radius or peak-to-peak for amplitude, perhaps"},
-    {10.0, "an amplifier's range, perhaps"},
-    {100.0, "an amplifier's range, perhaps"},
-};
-constexpr double factor_tolerance = 0.05;
 
 /// The modes that the fit looked at, their places in the list, and the pairing in their and the elastic
 /// modes' count.
@@ -101,6 +83,16 @@ Doubt unseen_modes(const View& view, const ModelModes& model) {
   return doubt;
 }
 
+/// Another of the fitted laws that meets the modes, and rises as a wire's may; "" where there is none.
+std::string law_that_fits(const IdentifiedCurve& curve) {
+  for (const LawFit& fit : curve.laws) {
+    if (fit.law.kind != fem::FrequencyLaw::Kind::power || fit.rms > misfit_sigma) continue;
+    const double slope = fit.law.log_slope(curve.frequency_hz[0]);
+    if (slope >= 0.0 && slope <= usual_slope) return fem::to_string(fit.law.kind);
+  }
+  return "";
+}
+
 std::optional<Doubt> law_doubt(const IdentifiedCurve& curve, const std::string& quantity) {
   if (curve.laws.empty() || curve.value.size() == 0 || curve.laws.front().rms <= misfit_sigma) {
     return std::nullopt;
@@ -111,95 +103,20 @@ std::optional<Doubt> law_doubt(const IdentifiedCurve& curve, const std::string& 
     squares += std::pow(curve.value[i] / fit.law.at(curve.frequency_hz[i]) - 1.0, 2);
   }
   const double scatter = std::sqrt(squares / static_cast<double>(curve.value.size()));
-  return Doubt{DoubtKind::law_misfit,
-               static_cast<int>(curve.value.size()),
-               static_cast<int>(curve.value.size()),
-               fit.rms,
-               scatter,
-               {quantity, fem::to_string(fit.law.kind)},
-               {}};
+  Doubt doubt{DoubtKind::law_misfit,
+              static_cast<int>(curve.value.size()),
+              static_cast<int>(curve.value.size()),
+              fit.rms,
+              scatter,
+              {quantity, fem::to_string(fit.law.kind)},
+              {}};
+  if (const std::string other = law_that_fits(curve); quantity == "modulus" && !other.empty())
+    doubt.names.push_back(other);
+  return doubt;
 }
 
 bool has(const std::vector<Doubt>& doubts, DoubtKind kind) {
   return std::any_of(doubts.begin(), doubts.end(), [&](const Doubt& doubt) { return doubt.kind == kind; });
-}
-
-// ---- sentences
-
-std::string name_of(const std::vector<std::string>& names, int output) {
-  const auto k = static_cast<std::size_t>(output);
-  return k < names.size() ? names[k] : fmt::format("output {}", output + 1);
-}
-
-std::string axis_name(const Eigen::Vector3d& direction) {
-  Eigen::Index axis = 0;
-  direction.cwiseAbs().maxCoeff(&axis);
-  return std::string(1, "xyz"[axis]);
-}
-
-std::string remedy_sentence(const Remedy& remedy, const std::vector<std::string>& names) {
-  const ShapeAgreement& then = remedy.agreement;
-  const std::string result = fmt::format("{} of {} modes would agree (median MAC {:.3f})", then.agreeing,
-                                         then.modes, then.median_mac);
-  switch (remedy.change) {
-    case Remedy::Change::output_reversed: {
-      const std::string name = name_of(names, remedy.outputs.front());
-      return fmt::format(
-          "; with {0} reversed {1}: check its polarity (sign = -1 in [channel.{0}] of a study), "
-          "or whether the scene is mirrored along it",
-          name, result);
-    }
-    case Remedy::Change::outputs_exchanged: {
-      std::vector<std::string> moves;
-      for (int k = 0; k < static_cast<int>(remedy.outputs.size()); ++k) {
-        const int measured_as = remedy.outputs[static_cast<std::size_t>(k)];
-        if (measured_as != k) {
-          moves.push_back(fmt::format("{} taken for {}", name_of(names, measured_as), name_of(names, k)));
-        }
-      }
-      return fmt::format("; with {} {}: check the cables and the scene's axes", fmt::join(moves, " and "),
-                         result);
-    }
-    case Remedy::Change::driven_along:
-      return fmt::format("; driven along {0} {1}: check the direction in the scene's [drive]",
-                         axis_name(remedy.direction), result);
-  }
-  return "";
-}
-
-std::string factor_meaning(double factor) {
-  const double ratio = std::max(factor, 1.0 / factor);
-  for (const KnownFactor& known : known_factors) {
-    if (std::abs(ratio / known.factor - 1.0) < factor_tolerance) {
-      return fmt::format(" {:.4g} is {};", known.factor, known.meaning);
-    }
-  }
-  return "";
-}
-
-std::string level_sentence(const Doubt& doubt) {
-  const bool above = doubt.value > 1.0;
-  return fmt::format(
-      "the measured function is {:.4g} times {} than the model's at all {} paired modes alike ({:+.1f} "
-      "dB):{} "
-      "check units and sensitivities of input and outputs, and the scene's density and cross-section",
-      above ? doubt.value : 1.0 / doubt.value, above ? "larger" : "smaller", doubt.count,
-      20.0 * std::log10(doubt.value), factor_meaning(doubt.value));
-}
-
-std::string law_sentence(const Doubt& doubt) {
-  const std::string& quantity = doubt.names.at(0);
-  const std::string start =
-      fmt::format("the {} law misses the {} of the modes by {:.2g} % rms, {:.2g} times the standard errors: ",
-                  doubt.names.at(1), quantity, 100.0 * doubt.other, doubt.value);
-  if (quantity == "modulus") {
-    return start +
-           "no smooth modulus puts the model's modes where the measured ones are; check end conditions, "
-           "geometry "
-           "and which modes were paired";
-  }
-  return start +
-         "read the values at the modes, or choose another law (--loss-factor-law, [fit] loss_factor_law)";
 }
 
 }  // namespace
@@ -212,6 +129,8 @@ std::string to_string(DoubtKind kind) {
       return "modes_unpaired";
     case DoubtKind::modes_unseen:
       return "modes_unseen";
+    case DoubtKind::pairing_open:
+      return "pairing_open";
     case DoubtKind::sign_reversed:
       return "sign_reversed";
     case DoubtKind::level_offset:
@@ -226,63 +145,6 @@ std::string to_string(DoubtKind kind) {
       return "viscous_closer";
   }
   throw Error("to_string: no such DoubtKind");
-}
-
-std::string sentence(const Doubt& doubt) {
-  const auto remedy = [&](const char* without) {
-    return doubt.remedy ? remedy_sentence(*doubt.remedy, doubt.names) : std::string(without);
-  };
-  switch (doubt.kind) {
-    case DoubtKind::shapes_disagree:
-      return fmt::format(
-                 "the modes' shapes are not the model's: {} of {} paired modes agree in direction, sign and "
-                 "strength over the outputs (median MAC {:.2f})",
-                 doubt.count, doubt.of, doubt.value) +
-             remedy(
-                 "; no single output reversed or exchanged, nor a drive along another axis, mends it: check "
-                 "geometry, end conditions, and where the wire is driven and measured");
-    case DoubtKind::modes_unpaired:
-      return fmt::format("{} of {} sound modes have no counterpart in the model", doubt.count, doubt.of) +
-             remedy(
-                 ": check end conditions, geometry and drive direction, and whether another structure "
-                 "resonates "
-                 "in the band");
-    case DoubtKind::modes_unseen:
-      return fmt::format(
-          "{} of {} model modes in the band that should be seen well were not measured: check end "
-          "conditions, "
-          "geometry and drive direction, and the list of modes (struna modes --add)",
-          doubt.count, doubt.of);
-    case DoubtKind::sign_reversed:
-      return "all modal constants have the sign opposite to the model's: the input's sign, or that of all "
-             "outputs, "
-             "is likely reversed (sign = -1 in its [channel.NAME] of a study)";
-    case DoubtKind::level_offset:
-      return level_sentence(doubt);
-    case DoubtKind::law_misfit:
-      return law_sentence(doubt);
-    case DoubtKind::low_frac:
-      return fmt::format(
-          "the prediction's shape over frequency is not the measured one's: FRAC of {} down to {:.2f}, where "
-          "noise "
-          "alone would leave {:.2f}: see the comparison of the transfer functions, and check what the other "
-          "warnings name, geometry and ends",
-          fmt::join(doubt.names, ", "), doubt.value, doubt.other);
-    case DoubtKind::scatter_differs:
-      return fmt::format(
-          "{} of {} modes scatter more over the bootstrap than their standard errors say (ratio {:.2f} "
-          "of "
-          "all frequencies, {:.2f} of all loss factors): the noise is not steady, or the "
-          "structure or set-up changed during or between the records; trust the larger of the two",
-          doubt.count, doubt.of, doubt.value, doubt.other);
-    case DoubtKind::viscous_closer:
-      return fmt::format(
-          "the damping looks viscous: the viscous prediction is {:.3g} dB off, the structural one {:.3g} dB: "
-          "read "
-          "the modes with damping = \"viscous\" (struna modes --damping viscous, [modes] damping of a study)",
-          doubt.other, doubt.value);
-  }
-  throw Error("sentence: no such DoubtKind");
 }
 
 std::vector<Doubt> identification_doubts(const ModeSet& modes, const fem::Model& model,
@@ -305,7 +167,18 @@ std::vector<Doubt> identification_doubts(const ModeSet& modes, const fem::Model&
   if (!doubts.empty()) {
     doubts.front().remedy = find_remedy(view.modes, model, drive, measurement, pairing_options(options), now);
   }
-  if (identified.pairing.sign_reversed && (doubts.empty() || !doubts.front().remedy)) {
+  const bool explained = !doubts.empty() && doubts.front().remedy;
+  const RivalPairing& rival = identified.pairing.rival;
+  if (!explained && rival.odds > open_odds) {
+    doubts.push_back({DoubtKind::pairing_open,
+                      static_cast<int>(view.pairing.pairs.size()),
+                      static_cast<int>(view.modes.modes.size()),
+                      rival.modulus,
+                      rival.odds,
+                      {},
+                      {}});
+  }
+  if (identified.pairing.sign_reversed && !explained) {
     doubts.push_back({DoubtKind::sign_reversed, 0, 0, 0.0, 0.0, {}, {}});
   }
   const Doubt unseen = unseen_modes(view, elastic.modes);
@@ -372,8 +245,9 @@ std::vector<Doubt> comparison_doubts(const Comparison& structural, const Compari
 bool question_the_model(const std::vector<Doubt>& doubts) {
   return std::any_of(doubts.begin(), doubts.end(), [](const Doubt& doubt) {
     return doubt.kind == DoubtKind::shapes_disagree || doubt.kind == DoubtKind::modes_unpaired ||
-           doubt.kind == DoubtKind::modes_unseen || doubt.kind == DoubtKind::sign_reversed ||
-           doubt.kind == DoubtKind::level_offset || doubt.kind == DoubtKind::low_frac;
+           doubt.kind == DoubtKind::modes_unseen || doubt.kind == DoubtKind::pairing_open ||
+           doubt.kind == DoubtKind::sign_reversed || doubt.kind == DoubtKind::level_offset ||
+           doubt.kind == DoubtKind::low_frac;
   });
 }
 

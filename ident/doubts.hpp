@@ -17,6 +17,8 @@ enum class DoubtKind {
                     ///< remedy
   modes_unpaired,   ///< count of `of` sound modes have no model mode; maybe a remedy
   modes_unseen,   ///< count of `of` model modes in the band, as strong as the paired ones, were not measured
+  pairing_open,   ///< other pairs are nearly as probable as the count pairs of `of` modes; value: the modulus
+                  ///< that they give, 0: chance; other: their odds
   sign_reversed,  ///< all constants have the sign opposite to the model's
   level_offset,   ///< value: measured over model's strength; count: of how many modes
   law_misfit,  ///< names: "modulus" or "loss factor", the law; value: rms/sigma; other: rms scatter, relative

@@ -5,114 +5,28 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
-#include <nlopt.hpp>
-#include <numbers>
 
 #include "fem/eigenmodes.hpp"
 #include "fem/error.hpp"
 #include "ident/pairing_cost.hpp"
+#include "ident/pairing_evidence.hpp"
+#include "ident/pairing_search.hpp"
 
 namespace struna::ident {
 namespace {
 
-using Law = PairingCost::Law;
 using Assignment = PairingCost::Assignment;
 
-constexpr double wide_tolerance = 0.04;  // relative frequency, while the global search looks for the basin
-constexpr double tolerance = 0.012;      // for the verdict: what a power law leaves of a real modulus
-constexpr int global_evaluations = 1500;
-constexpr int local_evaluations = 150;
-constexpr std::size_t starts = 6;
-constexpr double distinct_ln_modulus = 0.15;  // between starts
-constexpr double rival_margin = 1.5;          // a rival explanation less than this dearer is a rival
-constexpr double same_modulus = 0.005;        // rivals closer than this in E widen sigma only
-constexpr double least_outlier = 0.02;        // of ln E about its neighbours' trend
+constexpr double tolerance = pairing_tolerance;
 
-struct Trial {
-  Law law;
-  double cost = 0.0;
-};
-
-/// What the objectives see; they must not throw (NLopt would turn that into "nlopt failure").
-struct Search {
-  const PairingCost* cost = nullptr;
-  double tolerance = 0.0;
-  bool reversed = false;
-  std::vector<Trial> trials;
-};
-
-double objective(const std::vector<double>& x, std::vector<double>&, void* data) {
-  Search& search = *static_cast<Search*>(data);
-  const Law law{x[0], x[1], search.reversed};
-  const double cost = search.cost->assign(law, search.tolerance).cost;
-  search.trials.push_back({law, cost});
-  return cost;
-}
-
-/// Runs NLopt; every evaluation is kept in `search`, so that a stop for rounding loses nothing.
-void run(nlopt::algorithm algorithm, Search& search, const PairingOptions& options, std::vector<double> start,
-         const std::vector<double>& step, int evaluations) {
-  const std::vector<double> lower = {std::log(options.modulus_lo), options.slope_lo};
-  const std::vector<double> upper = {std::log(options.modulus_hi), options.slope_hi};
-  // DIRECT's own arithmetic can land a rounding error outside the box, which NLopt refuses as a start.
-  for (std::size_t k = 0; k < start.size(); ++k) start[k] = std::clamp(start[k], lower[k], upper[k]);
-  nlopt::opt optimiser(algorithm, 2);
-  optimiser.set_lower_bounds(lower);
-  optimiser.set_upper_bounds(upper);
-  optimiser.set_min_objective(objective, &search);
-  optimiser.set_maxeval(evaluations);
-  optimiser.set_xtol_abs(std::vector<double>{1e-5, 1e-5});
-  if (!step.empty()) optimiser.set_initial_step(step);
-  double value = 0.0;
-  try {
-    optimiser.optimize(start, value);
-  } catch (const nlopt::roundoff_limited&) {
-  }
-}
-
-bool cheaper(const Trial& a, const Trial& b) {
-  return a.cost < b.cost;
-}
-
-/// The best trials that lie apart in modulus.
-std::vector<Trial> distinct_best(std::vector<Trial> trials) {
-  std::stable_sort(trials.begin(), trials.end(), cheaper);
-  std::vector<Trial> best;
-  for (const Trial& trial : trials) {
-    const bool known = std::any_of(best.begin(), best.end(), [&](const Trial& other) {
-      return std::abs(other.law.ln_modulus - trial.law.ln_modulus) < distinct_ln_modulus;
-    });
-    if (!known) best.push_back(trial);
-    if (best.size() == starts) break;
-  }
-  return best;
-}
-
-/// The level alone, at the slope to expect, in steps that no basin falls between: DIRECT can pass over a
-/// narrow one.
-void sweep_level(Search& search, const PairingOptions& options) {
-  const double slope = std::clamp(search.cost->expected_slope(), options.slope_lo, options.slope_hi);
-  std::vector<double> no_gradient;
-  for (double level = std::log(options.modulus_lo); level <= std::log(options.modulus_hi);
-       level += 1.5 * wide_tolerance) {
-    objective({level, slope}, no_gradient, &search);
-  }
-}
-
-/// Global search with a wide tolerance, then local ones from its best basins with the final tolerance.
-Trial search_law(const PairingCost& cost, const PairingOptions& options, bool reversed) {
-  Search global{&cost, wide_tolerance, reversed, {}};
-  const std::vector<double> middle = {0.5 * std::log(options.modulus_lo * options.modulus_hi),
-                                      0.5 * (options.slope_lo + options.slope_hi)};
-  sweep_level(global, options);
-  run(nlopt::GN_DIRECT_L, global, options, middle, {}, global_evaluations);
-  Search local{&cost, tolerance, reversed, {}};
-  for (const Trial& start : distinct_best(global.trials)) {
-    run(nlopt::LN_SBPLX, local, options, {start.law.ln_modulus, start.law.slope}, {0.05, 0.02},
-        local_evaluations);
-  }
-  return *std::min_element(local.trials.begin(), local.trials.end(), cheaper);
-}
+constexpr double least_gain = 2.0;         // of the evidence, by a pair
+constexpr std::ptrdiff_t least_pairs = 3;  // that a doubtful one can be told by
+constexpr double rival_margin = 1.5;       // a rival explanation less than this dearer is a rival
+constexpr double same_modulus = 0.005;     // rivals closer than this in E widen sigma only
+constexpr double least_outlier = 0.02;     // of ln E about its neighbours' trend
+constexpr double least_residual = 0.25;    // of the constants about the model's, relative …
+constexpr double outlying_residual = 5.0;  // … and over the others' median
+constexpr double coupling = 0.003;         // relative error of a stiffness that mixes neighbouring modes
 
 /// An explanation that is nearly as cheap: the margin, and what it would make of the modulus.
 struct Rival {
@@ -120,7 +34,8 @@ struct Rival {
   int explanation = -1;  ///< -1: leaving the mode alone
 };
 
-Rival rival_of(const PairingCost& cost, const Trial& best, const Assignment& assignment, int measured) {
+Rival rival_of(const PairingCost& cost, const Hypothesis& best, int measured) {
+  const Assignment& assignment = best.assignment;
   const int mine = assignment.explanation[static_cast<std::size_t>(measured)];
   const Assignment other = cost.assign(best.law, tolerance, measured, mine);
   return {other.cost - assignment.cost, other.explanation[static_cast<std::size_t>(measured)]};
@@ -194,8 +109,8 @@ void leave_out_outliers(const ModeSet& set, Pairing& pairing) {
   }
 }
 
-std::string why_alone(const PairingCost& cost, const Trial& best, const Assignment& assignment,
-                      int measured) {
+std::string why_alone(const PairingCost& cost, const Hypothesis& best, int measured) {
+  const Assignment& assignment = best.assignment;
   const double here = cost.candidates()[static_cast<std::size_t>(measured)].ln_f;
   double nearest = 1e9;
   int taken_by = -1;
@@ -215,24 +130,89 @@ std::string why_alone(const PairingCost& cost, const Trial& best, const Assignme
   return "unpaired: no free model mode fits in frequency and modal constants";
 }
 
+/// By how much the evidence falls without this mode's pair.
+double gain_of(const PairingCost& cost, const Hypothesis& best, int measured, const PairingOptions& options) {
+  std::vector<int> without = best.assignment.explanation;
+  without[static_cast<std::size_t>(measured)] = -1;
+  return best.evidence - pairing_evidence(cost, best.law, without, options);
+}
+
+/// |C/(level E c) - 1|^2 over the outputs that a relative error `coupling` of the stiffness explains: it
+/// turns a mode by coupling lambda/(lambda_s - lambda) towards mode s, and the constants, products of two
+/// ordinates, by twice that with the root of their ratio.
+double mixing(const ModelModes& model, const Explanation& explained) {
+  double sum = 0.0;
+  for (int s = 0; s < static_cast<int>(model.eigenvalue.size()); ++s) {
+    if (std::find(explained.model.begin(), explained.model.end(), s) != explained.model.end()) continue;
+    const double step = std::abs(model.eigenvalue[s] / explained.eigenvalue - 1.0);
+    const double angle = std::min(1.0, coupling / std::max(step, 1e-12));
+    sum += 4.0 * angle * angle * model.constant.row(s).norm() / explained.constant.norm();
+  }
+  return sum;
+}
+
+/// Moves pairs whose constants stand out from the model's, as the others' do not, to the left-out ones: a
+/// mode that is none takes the place of a missing one near it.
+void leave_out_strange_constants(const PairingCost& cost, const ModelModes& model, const Hypothesis& best,
+                                 Pairing& pairing) {
+  struct Strange {
+    double rho, ln_ratio, allowed;
+  };
+  std::vector<Strange> list;
+  std::vector<double> ratios;
+  for (const Pair& pair : pairing.pairs) {
+    const auto i = static_cast<std::size_t>(pair.measured);
+    const Candidate& measured = cost.candidates()[i];
+    const Explanation& explained = cost.explanation(best.assignment.explanation[i]);
+    if (measured.constant.size() == 0 || !(explained.constant.norm() > 0.0)) return;
+    list.push_back({cost.correlation(measured, explained, best.law),
+                    cost.ln_strength_ratio(measured, explained, best.law), mixing(model, explained)});
+    ratios.push_back(list.back().ln_ratio);
+  }
+  if (std::ssize(list) <= least_pairs) return;
+  const auto middle = ratios.begin() + static_cast<std::ptrdiff_t>(ratios.size() / 2);
+  std::nth_element(ratios.begin(), middle, ratios.end());
+  Eigen::VectorXd residual(static_cast<Eigen::Index>(list.size()));
+  for (std::size_t k = 0; k < list.size(); ++k) {
+    const double length = cost.amplitude_known() ? std::exp(list[k].ln_ratio - *middle) : 1.0;
+    const double squared = length * length - 2.0 * length * list[k].rho + 1.0;
+    residual[static_cast<Eigen::Index>(k)] = std::sqrt(std::max(0.0, squared));
+  }
+  const double limit = std::max(least_residual, outlying_residual * median_magnitude(residual));
+  for (std::size_t k = list.size(); k-- > 0;) {
+    const double off = residual[static_cast<Eigen::Index>(k)];
+    if (off * off <= limit * limit + list[k].allowed) continue;
+    const Pair& pair = pairing.pairs[k];
+    pairing.left_out.push_back(
+        {pair.measured,
+         fmt::format("unpaired: its modal constants are {:.0f} % off those of model mode {}, "
+                     "where the others' are {:.0f} % off",
+                     100.0 * off, pair.model.front() + 1, 100.0 * median_magnitude(residual))});
+    pairing.pairs.erase(pairing.pairs.begin() + static_cast<std::ptrdiff_t>(k));
+  }
+}
+
 /// Sorts the best assignment into pairs and modes left out, with the reason.
-Pairing verdict(const ModeSet& set, const PairingCost& cost, const Trial& best) {
-  const Assignment assignment = cost.assign(best.law, tolerance);
+Pairing verdict(const ModeSet& set, const PairingCost& cost, const ModelModes& model, const Hypothesis& best,
+                const PairingOptions& options) {
+  const Assignment& assignment = best.assignment;
   Pairing pairing;
   for (int i = 0; i < static_cast<int>(set.modes.size()); ++i) {
     const int index = assignment.explanation[static_cast<std::size_t>(i)];
     if (index < 0) {
-      pairing.left_out.push_back({i, why_alone(cost, best, assignment, i)});
+      pairing.left_out.push_back({i, why_alone(cost, best, i)});
       continue;
     }
     Pair pair = make_pair(cost, set, i, index);
-    const Rival rival = rival_of(cost, best, assignment, i);
+    const Rival rival = rival_of(cost, best, i);
+    const bool no_gain =
+        pair_count(assignment) >= least_pairs && gain_of(cost, best, i, options) < least_gain;
+    if (no_gain || (rival.margin < rival_margin && rival.explanation < 0)) {
+      pairing.left_out.push_back(
+          {i, fmt::format("unpaired: model mode {} fits no better than none", pair.model.front() + 1)});
+      continue;
+    }
     if (rival.margin < rival_margin) {
-      if (rival.explanation < 0) {
-        pairing.left_out.push_back(
-            {i, fmt::format("unpaired: model mode {} fits no better than none", pair.model.front() + 1)});
-        continue;
-      }
       const Pair other = make_pair(cost, set, i, rival.explanation);
       const double difference = std::abs(std::log(other.modulus / pair.modulus));
       if (difference > same_modulus) {
@@ -248,8 +228,35 @@ Pairing verdict(const ModeSet& set, const PairingCost& cost, const Trial& best) 
   pairing.modulus_slope = best.law.slope;
   pairing.modulus_at_1_hz = std::exp(best.law.ln_modulus - best.law.slope * cost.reference_ln_f());
   pairing.sign_reversed = best.law.reversed;
+  leave_out_strange_constants(cost, model, best, pairing);
   leave_out_outliers(set, pairing);
   return pairing;
+}
+
+/// How many of the pairs another hypothesis has as well.
+std::size_t shared_pairs(const PairingCost& cost, const std::vector<Pair>& pairs, const Hypothesis& other) {
+  return static_cast<std::size_t>(std::count_if(pairs.begin(), pairs.end(), [&](const Pair& pair) {
+    const int index = other.assignment.explanation[static_cast<std::size_t>(pair.measured)];
+    if (index < 0) return false;
+    const std::vector<int>& model = cost.explanation(index).model;
+    return std::find_first_of(model.begin(), model.end(), pair.model.begin(), pair.model.end()) !=
+           model.end();
+  }));
+}
+
+/// The most probable one of chance and of what pairs at most half of the modes with the same model modes.
+RivalPairing most_probable_rival(const PairingCost& cost, const std::vector<Hypothesis>& hypotheses,
+                                 const Hypothesis& best, const std::vector<Pair>& pairs) {
+  RivalPairing rival;
+  double evidence = 0.0;  // of chance
+  for (const Hypothesis& other : hypotheses) {
+    if (!(other.evidence > evidence) || 2 * shared_pairs(cost, pairs, other) > pairs.size()) continue;
+    evidence = other.evidence;
+    rival.pairs = static_cast<int>(pair_count(other.assignment));
+    rival.modulus = std::exp(other.law.ln_modulus);
+  }
+  rival.odds = std::exp(evidence - best.evidence);
+  return rival;
 }
 
 void check(const ModelModes& model) {
@@ -290,12 +297,11 @@ Pairing pair_modes(const ModeSet& measured, const ModelModes& model, const Pairi
   check(model);
   if (measured.modes.empty()) return {};
   const PairingCost cost(measured, model, options);
-  Trial best = search_law(cost, options, false);
-  if (cost.has_constants()) {
-    const Trial reversed = search_law(cost, options, true);
-    if (cheaper(reversed, best)) best = reversed;
-  }
-  return verdict(measured, cost, best);
+  const std::vector<Hypothesis> hypotheses = search_hypotheses(cost, options);
+  const Hypothesis& best = hypotheses.front();
+  Pairing pairing = verdict(measured, cost, model, best, options);
+  pairing.rival = most_probable_rival(cost, hypotheses, best, pairing.pairs);
+  return pairing;
 }
 
 }  // namespace struna::ident

@@ -31,6 +31,12 @@ struct Unpaired {
   int measured = -1;
   std::string reason;
 };
+/// Another explanation of the same modes: mostly other pairs at another modulus, or chance.
+struct RivalPairing {
+  int pairs = 0;         ///< 0: none of the model's modes is there, the modes fit by chance
+  double modulus = 0.0;  ///< its own, at the mean measured frequency [Pa]; 0 for chance
+  double odds = 0.0;     ///< its probability over that of the pairing
+};
 struct Pairing {
   std::vector<Pair> pairs;  ///< ascending
   std::vector<Unpaired> left_out;
@@ -38,7 +44,8 @@ struct Pairing {
   double modulus_at_1_hz = 0.0;  ///< of the coarse law E = E1 f^n that paired them
   double modulus_slope = 0.0;    ///< n
   bool sign_reversed =
-      false;  ///< all measured constants have the sign opposite to the model's: a channel's sign
+      false;           ///< all measured constants have the sign opposite to the model's: a channel's sign
+  RivalPairing rival;  ///< the most probable one
 };
 
 struct PairingOptions {
@@ -56,9 +63,10 @@ void validate(const PairingOptions& options);
 
 /// Pairs measured with model modes although some are missing, doubled or spurious: global search over the
 /// modulus level and slope (NLopt DIRECT-L, then Sbplx) of the cost of the cheapest assignment, made of
-/// frequency misfit and modal constants (docs/pairing.md). A pair that another explanation rivals, or whose
-/// modulus stands out, is left out with its reason. Constants are used where the modes have them. Throws
-/// Error when their number differs from the model's outputs.
+/// frequency misfit and modal constants; of the laws that it finds, the most probable one (docs/pairing.md).
+/// A pair that another explanation rivals, or whose modulus or constants stand out, is left out with its
+/// reason. Constants are used where the modes have them. Throws Error when their number differs from the
+/// model's outputs.
 Pairing pair_modes(const ModeSet& measured, const ModelModes& model, const PairingOptions& options = {});
 
 }  // namespace struna::ident

@@ -59,6 +59,8 @@ Candidate candidate_of(const Mode& mode, const ModeSet& set) {
                             mode.natural_frequency_hz));
   }
   c.ln_f = std::log(mode.natural_frequency_hz);
+  if (std::isfinite(mode.natural_frequency_sigma))
+    c.ln_f_sigma = std::abs(mode.natural_frequency_sigma) / mode.natural_frequency_hz;
   if (std::isfinite(mode.loss_factor)) c.loss_factor = std::max(0.0, mode.loss_factor);
   if (mode.modal_constant.size() > 0 && mode.modal_constant.allFinite() && mode.modal_constant.norm() > 0.0) {
     c.constant = structural_constant(mode, set);
@@ -207,20 +209,30 @@ double PairingCost::mac(int measured, int index) const {
   return std::isnan(assured) ? 0.0 : assured;
 }
 
+double PairingCost::correlation(const Candidate& measured, const Explanation& explained,
+                                const Law& law) const {
+  const double lengths = measured.constant.norm() * explained.constant.norm();
+  const double product = measured.constant.real().dot(explained.constant);
+  return lengths > 0.0 ? (law.reversed ? -product : product) / lengths : 0.0;
+}
+
+double PairingCost::ln_strength_ratio(const Candidate& measured, const Explanation& explained,
+                                      const Law& law) const {
+  const double ln_modulus = law.ln_modulus + law.slope * (measured.ln_f - reference_ln_f_);
+  return std::log(measured.constant.norm() / explained.constant.norm()) -
+         (scales_with_modulus_ ? ln_modulus : 0.0);
+}
+
 double PairingCost::pair_cost(const Candidate& measured, const Explanation& explained, const Law& law,
                               double tolerance) const {
   const double misfit = (measured.ln_f - ln_frequency(law, explained.ln_eigenvalue)) / tolerance;
   double cost = std::log1p(misfit * misfit);  // Cauchy: a law of two parameters is not the whole truth
   if (measured.constant.size() == 0) return cost;
-  const double model_norm = explained.constant.norm();
-  if (model_norm == 0.0) return cost + shape_limit + amplitude_limit;
-  const double measured_norm = measured.constant.norm();
-  const double correlation = (law.reversed ? -1.0 : 1.0) * measured.constant.real().dot(explained.constant) /
-                             (measured_norm * model_norm);
-  cost += std::min(shape_limit, shape_weight / (1.0 + 20.0 * measured.noise) * (1.0 - correlation));
+  if (explained.constant.norm() == 0.0) return cost + shape_limit + amplitude_limit;
+  const double rho = correlation(measured, explained, law);
+  cost += std::min(shape_limit, shape_weight / (1.0 + 20.0 * measured.noise) * (1.0 - rho));
   if (amplitude_known_) {
-    const double ln_modulus = law.ln_modulus + law.slope * (measured.ln_f - reference_ln_f_);
-    const double ln_ratio = std::log(measured_norm / model_norm) - (scales_with_modulus_ ? ln_modulus : 0.0);
+    const double ln_ratio = ln_strength_ratio(measured, explained, law);
     cost += std::min(amplitude_limit, amplitude_weight * ln_ratio * ln_ratio);
   }
   return cost;
@@ -245,7 +257,7 @@ PairingCost::Assignment PairingCost::assign(const Law& law, double tolerance, in
 
   // The list of model modes ends somewhere; where that is below measured modes, at least as many model modes
   // are missing from it.
-  const double highest = ln_frequency(law, units_.back().ln_eigenvalue) + reach * tolerance;
+  const double highest = highest_ln_frequency(law, tolerance);
   for (const Candidate& c : candidates_) {
     if (c.ln_f > highest) result.cost += price_missing_visible;
   }
@@ -308,7 +320,11 @@ void PairingCost::settle_shared_groups(const std::vector<int>& unit_of, Assignme
   }
 }
 
-std::vector<int> PairingCost::missing_modes(const Law& law, const std::vector<int>& used) const {
+double PairingCost::highest_ln_frequency(const Law& law, double tolerance) const {
+  return ln_frequency(law, units_.back().ln_eigenvalue) + reach * tolerance;
+}
+
+std::vector<bool> PairingCost::explained_units(const std::vector<int>& used) const {
   std::vector<bool> explained(units_.size(), false);
   for (int index : used) {
     if (index < 0) continue;
@@ -316,6 +332,23 @@ std::vector<int> PairingCost::missing_modes(const Law& law, const std::vector<in
     explained[static_cast<std::size_t>(e.first_unit)] = true;
     if (e.second_unit >= 0) explained[static_cast<std::size_t>(e.second_unit)] = true;
   }
+  return explained;
+}
+
+double PairingCost::unseen(const Law& law, const std::vector<int>& used) const {
+  const std::vector<bool> explained = explained_units(used);
+  double count = 0.0;
+  for (std::size_t u = 0; u < units_.size(); ++u) {
+    if (explained[u] || !in_band(ln_frequency(law, units_[u].ln_eigenvalue))) continue;
+    count += units_[u].price_missing / price_missing_visible;
+  }
+  const double highest = highest_ln_frequency(law, 0.0);
+  for (const Candidate& c : candidates_) count += c.ln_f > highest;
+  return count;
+}
+
+std::vector<int> PairingCost::missing_modes(const Law& law, const std::vector<int>& used) const {
+  const std::vector<bool> explained = explained_units(used);
   std::vector<int> missing;
   for (std::size_t u = 0; u < units_.size(); ++u) {
     if (explained[u] || !in_band(ln_frequency(law, units_[u].ln_eigenvalue))) continue;

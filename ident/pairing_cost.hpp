@@ -13,6 +13,7 @@ struct Candidate {
   double loss_factor = 0.0;   ///< 0 where not known
   Eigen::VectorXcd constant;  ///< C of C/(omega_r^2(1 + i eta) - omega^2); empty where not known
   double noise = 0.0;         ///< relative variance of the constants
+  double ln_f_sigma = 0.0;    ///< standard error of ln_f; 0 where not known
   double price_alone = 0.0;   ///< of leaving it unpaired
 };
 
@@ -51,11 +52,20 @@ class PairingCost {
 
   double reference_ln_f() const { return reference_ln_f_; }
   double expected_slope() const { return expected_slope_; }
+  double ln_band() const { return band_hi_ - band_lo_; }  ///< of the upper end over the lower one
   bool has_constants() const { return has_constants_; }
+  bool amplitude_known() const { return amplitude_known_; }
   const std::vector<Candidate>& candidates() const { return candidates_; }
   const Explanation& explanation(int index) const { return explanations_[static_cast<std::size_t>(index)]; }
   /// ln f at which the law puts an eigenvalue: (2 pi f)^2 = E(f) lambda.
   double ln_frequency(const Law& law, double ln_eigenvalue) const;
+  /// Correlation of the constants' real part, and ln of the ratio of their lengths, measured over model; 0
+  /// and infinite where the model's vanish. Only where the measured mode has constants.
+  double correlation(const Candidate& measured, const Explanation& explanation, const Law& law) const;
+  double ln_strength_ratio(const Candidate& measured, const Explanation& explanation, const Law& law) const;
+  /// How many modes should have been seen, were the law true, that no explanation uses: each counts by the
+  /// share that its peak has of what is seen there.
+  double unseen(const Law& law, const std::vector<int>& used) const;
   /// |sum conj(C) c|^2/(|C|^2 |c|^2).
   double mac(int measured, int explanation) const;
   /// Units (model modes, or doubles that no measurement can part) whose frequency lies in the band and that
@@ -75,6 +85,9 @@ class PairingCost {
   void make_units(const ModelModes& model, double least_step, double loss_factor);
   void make_explanations(const ModelModes& model);
   bool in_band(double ln_f) const { return ln_f >= band_lo_ && ln_f <= band_hi_; }
+  /// ln f that a measured mode must exceed to lie above all model modes.
+  double highest_ln_frequency(const Law& law, double tolerance) const;
+  std::vector<bool> explained_units(const std::vector<int>& used) const;
 
   std::vector<Candidate> candidates_;
   std::vector<Unit> units_;

@@ -186,6 +186,40 @@ TEST(Doubts, UnseenStrongModesAreTold) {
   EXPECT_NE(find(s.doubts, DoubtKind::modes_unseen), nullptr) << texts(s.doubts);
 }
 
+TEST(Doubts, AShortListWithoutConstantsIsOpenUntilTheModulusIsNarrowed) {
+  ModeSet set = measured_modes(1);
+  set.modes = {set.modes[3]};
+  set.outputs.clear();
+  set.form = FrfKind::unknown;
+  set.modes[0].modal_constant.resize(0);
+  set.modes[0].modal_constant_sigma.resize(0);
+  const Study open = study(set);  // any mode of the wire has this frequency at some modulus
+  const Doubt* doubt = find(open.doubts, DoubtKind::pairing_open);
+  ASSERT_NE(doubt, nullptr) << texts(open.doubts);
+  EXPECT_EQ(doubt->count, 1);
+  EXPECT_EQ(doubt->of, 1);
+  EXPECT_GT(doubt->other, 0.05);
+  EXPECT_THAT(sentence(*doubt), HasSubstr("--modulus-range LO:HI"));
+  EXPECT_TRUE(question_the_model(open.doubts));
+  FitOptions options;  // so near that chance hardly puts a mode there
+  options.pairing.modulus_lo = 0.97e11;
+  options.pairing.modulus_hi = 1.02e11;
+  const Study told = study(set, wire(), options);
+  EXPECT_EQ(find(told.doubts, DoubtKind::pairing_open), nullptr) << texts(told.doubts);
+  const double modulus = synthetic::true_modulus().at(set.modes[0].natural_frequency_hz);
+  EXPECT_NEAR(told.identified.modulus.value[0] / modulus, 1.0, 0.01);  // a frequency 0.1 % off, five sigma
+}
+
+TEST(Doubts, TwoModesThatNoLawCanBeChosenByAreNoMatterOfGeometry) {
+  ModeSet set = measured_modes(1, 0.0);  // their moduli differ by the slope, 4 %
+  set.modes = {set.modes[1], set.modes.back()};
+  const Study s = study(set);
+  const Doubt* doubt = find(s.doubts, DoubtKind::law_misfit);
+  ASSERT_NE(doubt, nullptr) << texts(s.doubts);
+  EXPECT_THAT(sentence(*doubt), HasSubstr("--modulus-law power"));
+  EXPECT_THAT(sentence(*doubt), Not(HasSubstr("geometry")));
+}
+
 // ---- predictions
 
 OutputComparison output(const std::string& name, double frac, double error_db, double noise_share = 0.01) {

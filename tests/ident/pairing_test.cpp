@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <random>
 
 #include "fem/error.hpp"
 #include "synthetic_wire.hpp"
@@ -162,6 +163,86 @@ TEST(Pairing, LeavesOutASpuriousModeWithItsReason) {
   ASSERT_EQ(pairing.left_out.size(), 1u);
   EXPECT_EQ(pairing.left_out[0].measured, static_cast<int>(measured.set.modes.size()) - 1);
   EXPECT_THAT(pairing.left_out[0].reason, ::testing::HasSubstr("unpaired: "));
+}
+
+/// Every `step`th mode from `first` on.
+Measured some_of(const Measured& all, std::size_t first, std::size_t step) {
+  Measured some = all;
+  some.set.modes.clear();
+  some.truth.clear();
+  for (std::size_t i = first; i < all.set.modes.size(); i += step) {
+    some.set.modes.push_back(all.set.modes[i]);
+    some.truth.push_back(all.truth[i]);
+  }
+  return some;
+}
+
+TEST(Pairing, AQuarterOfTheModesIsPairedRightlyAndNotOpen) {
+  const Wire wire = synthetic::curved_wire();
+  Flaws flaws;
+  flaws.missing = flaws.doubled = flaws.spurious = 0.0;
+  for (unsigned seed = 1; seed <= 4; ++seed) {
+    for (std::size_t first = 0; first < 4; ++first) {
+      const Measured few = some_of(synthetic::measure(wire, flaws, seed), first, 4);
+      const Pairing pairing = pair_modes(few.set, wire.modes);
+      EXPECT_GE(pairing.pairs.size() + 1, few.set.modes.size()) << "seed " << seed << " from " << first;
+      EXPECT_EQ(synthetic::score(pairing, few).wrong, 0) << "seed " << seed << " from " << first;
+      EXPECT_LT(pairing.rival.odds, 0.05) << "seed " << seed << " from " << first;
+    }
+  }
+}
+
+TEST(Pairing, ModesOfNoneOfTheModelsAreOpenOrLeftOut) {
+  const Wire wire = synthetic::curved_wire();
+  int settled = 0;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    Measured measured = synthetic::measure(wire, none(), 1);
+    std::mt19937 random(seed);
+    std::normal_distribution<double> normal;
+    std::uniform_real_distribution<double> uniform(std::log(15.0), std::log(1000.0));
+    measured.set.modes.resize(3);
+    for (Mode& mode : measured.set.modes) {
+      mode.natural_frequency_hz = std::exp(uniform(random));
+      const double length = mode.modal_constant.norm();
+      for (auto& c : mode.modal_constant) c = normal(random);
+      mode.modal_constant *= length / mode.modal_constant.norm();
+    }
+    const Pairing pairing = pair_modes(measured.set, wire.modes);
+    settled += !pairing.pairs.empty() && pairing.rival.odds < 0.05;
+  }
+  EXPECT_LE(settled, 2);  // odds of 1 to 20 are wrong as often
+}
+
+TEST(Pairing, AModeThatTakesAMissingOnesPlaceIsToldByItsConstants) {
+  const Wire wire = synthetic::curved_wire();
+  Measured measured = synthetic::measure(wire, none(), 1);
+  Mode& stray = measured.set.modes[5];
+  stray.natural_frequency_hz *= 1.002;
+  const double length = stray.modal_constant.norm();
+  const Eigen::Vector3cd true_constant = stray.modal_constant;
+  stray.modal_constant += 0.5 * length * Eigen::Vector3cd(0.6, -0.8, 0.0);
+  const Pairing pairing = pair_modes(measured.set, wire.modes);
+  ASSERT_EQ(pairing.left_out.size(), 1u);
+  EXPECT_EQ(pairing.left_out[0].measured, 5);
+  EXPECT_THAT(pairing.left_out[0].reason, ::testing::HasSubstr("its modal constants are 50 % off"));
+  // Noise that all have alike is none of one mode's.
+  stray.modal_constant = true_constant * 1.1;
+  EXPECT_TRUE(pair_modes(measured.set, wire.modes).left_out.empty());
+}
+
+TEST(Pairing, UnitsOfTheConstantsChangeNoPair) {
+  const Wire wire = synthetic::curved_wire();
+  for (const double factor : {1e-3, 9.80665, 1e3}) {
+    Measured measured = synthetic::measure(wire, {}, 2);
+    const std::size_t pairs = pair_modes(measured.set, wire.modes).pairs.size();
+    for (Mode& mode : measured.set.modes) {
+      mode.modal_constant *= factor;
+      mode.modal_constant_sigma *= factor;
+    }
+    const Pairing pairing = pair_modes(measured.set, wire.modes);
+    EXPECT_EQ(pairing.pairs.size(), pairs) << factor;
+    EXPECT_EQ(synthetic::score(pairing, measured).wrong, 0) << factor;
+  }
 }
 
 TEST(Pairing, ViscousConstantsPairLikeStructuralOnes) {
