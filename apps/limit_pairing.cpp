@@ -160,15 +160,17 @@ class Measuring {
   std::vector<Entry> entries_;
 };
 
-/// Share of the pairs that are false.
-double false_share(const ident::Pairing& pairing, const Measured& measured) {
-  int wrong = 0;
-  for (const ident::Pair& pair : pairing.pairs) {
-    const auto& truth = measured.truth[static_cast<std::size_t>(pair.measured)];
-    wrong += std::none_of(pair.model.begin(), pair.model.end(),
-                          [&](int m) { return std::find(truth.begin(), truth.end(), m) != truth.end(); });
-  }
-  return static_cast<double>(wrong) / static_cast<double>(pairing.pairs.size());
+bool is_true(const ident::Pair& pair, const Measured& measured) {
+  const auto& truth = measured.truth[static_cast<std::size_t>(pair.measured)];
+  return std::find_first_of(pair.model.begin(), pair.model.end(), truth.begin(), truth.end()) !=
+         pair.model.end();
+}
+
+/// Whether E(f) has the pair.
+bool is_trusted(const ident::Pair& pair, const Measured& measured,
+                const ident::IdentifiedParameters& identified) {
+  const double f = measured.set.modes[static_cast<std::size_t>(pair.measured)].natural_frequency_hz;
+  return (identified.modulus.frequency_hz.array() == f).any();
 }
 
 /// Whether a doubt says that pairs may be false. That modes are missing from the list or none of the wire's
@@ -192,7 +194,7 @@ LimitMap pairing_limits(const LimitRun& run) {
   LimitMap map;
   map.name = "pairing";
   map.title = "Pairing: modes missing and modes that are none";
-  map.quantity = "share of the pairs that are false";
+  map.quantity = "whether a pair is false (1) or true (0)";
   map.fails = "a spurious mode takes the place of a missing one, or a short list fits another modulus";
   map.sign = "constants that stand out from the others', and other pairs or chance nearly as probable";
   map.then = "leaves the mode out, or doubts the whole (pairing_open)";
@@ -212,15 +214,20 @@ LimitMap pairing_limits(const LimitRun& run) {
         const ident::FitOptions options;
         const auto identified =
             ident::identify_parameters(measured.set, model, wire.drive, wire.measurement, options);
-        trial.error = false_share(identified.pairing, measured);
         for (const ident::Doubt& doubt : ident::identification_doubts(measured.set, model, wire.drive,
                                                                       wire.measurement, options, identified))
           if (questions_pairs(doubt))
             trial.flags += (trial.flags.empty() ? "" : ";") + ident::to_string(doubt.kind);
+        for (const ident::Pair& pair : identified.pairing.pairs) {
+          map.trials.push_back(trial);
+          map.trials.back().error = is_true(pair, measured) ? 0.0 : 1.0;
+          if (!is_trusted(pair, measured, identified))
+            map.trials.back().flags += (trial.flags.empty() ? "" : ";") + std::string("rejected");
+        }
       } catch (const Error&) {
         trial.refused = true;
+        map.trials.push_back(std::move(trial));
       }
-      map.trials.push_back(std::move(trial));
     }
   });
   return map;
