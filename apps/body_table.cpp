@@ -266,8 +266,7 @@ EndTable read_end(TomlTable& body, const std::string& key, fem::Body& result) {
 
 }  // namespace
 
-fem::Body read_body(TomlTable& table, const fem::Scene& scene, bool acts_in_time,
-                    std::vector<std::string>& told) {
+fem::Body read_body(TomlTable& table, const fem::Scene& scene, bool acts_in_time, std::vector<Notice>& told) {
   // Read first, put together afterwards: g++ 12 destroys twice what a throwing aggregate initialisation has
   // made.
   const std::string name = read_body_name(table, scene);
@@ -295,7 +294,8 @@ fem::Body read_body(TomlTable& table, const fem::Scene& scene, bool acts_in_time
   body.end = end.condition;
   body.end_support = end.support;
   const CurveReport curve = report_curve(body, table.vectors3("points"), table.positive("length", 0.0));
-  if (!curve.statement.empty()) told.push_back(curve.statement);
+  if (!curve.statement.empty())
+    told.push_back({curve.statement, curve.error.digitised && curve.error.worst > fem::curve_tolerance});
   for (const std::string& warning : curve.warnings) warn(table.error("points", warning).what());
   if (table.node("material") != nullptr) body.material = read_material(table.table("material"), acts_in_time);
   table.finish();

@@ -34,7 +34,7 @@ void check_error(const fem::Body& body, const Points& points, double length, Cur
   const fem::CurveError& error = report.error;
   if (error.sigma.size() == 0) return;
   report.statement = statement_of(error, body.name, points.size());
-  if (!(error.probability > 0.5)) return;
+  if (!(error.probability > likely)) return;
   const std::string why = error.scatter > 0.0
                               ? fmt::format("they scatter by some {:.2g} m, {:.2g} m apart", error.scatter,
                                             body.centreline.length() / static_cast<double>(points.size() - 1))
@@ -71,7 +71,7 @@ CurveReport report_curve(const fem::Body& body, const Points& points, double len
   CurveReport report;
   check_error(body, points, length, report);
   check_few(body, points, report);
-  const bool open = report.error.probability > 0.5 || !report.error.digitised;
+  const bool open = report.error.probability > likely || !report.error.digitised;
   if (const int i = fem::stray_pair(points); i >= 0 && open) {
     const auto first = static_cast<std::size_t>(i);
     report.warnings.push_back(fmt::format(

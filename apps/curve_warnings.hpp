@@ -11,6 +11,8 @@ namespace struna::apps {
 inline constexpr double tightest_bend = 5.0;   ///< thicknesses; where beam theory ends
 inline constexpr double sharpest_turn = 0.85;  ///< [rad] at one of few points
 
+inline constexpr double likely = 0.75;  ///< probability from which an error is warned of
+
 /// What is told of a body's centreline through points.
 struct CurveReport {
   fem::CurveError error;
@@ -18,7 +20,7 @@ struct CurveReport {
   std::vector<std::string> warnings;  ///< where the centreline can hardly be what was meant
 };
 
-/// Warnings: natural frequencies are more likely off by more than fem::curve_tolerance than not; few points
+/// Warnings: natural frequencies are likely off by more than fem::curve_tolerance; few points
 /// that turn by more than sharpest_turn at one of them, or lie straight beside a bend; two points so near
 /// each other that they tell no direction; a bend tighter than tightest_bend thicknesses (a kink, points in
 /// the wrong order); of the last two only where they matter, to natural frequencies or to few points.

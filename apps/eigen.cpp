@@ -220,7 +220,7 @@ void run_eigen(const EigenArguments& arguments) {
   if (!arguments.to.empty()) ident::write_atomically(arguments.to, csv(result, body));
   print(fmt::format("body {}, {} elements", body.name, result.elements));
   print(table(result, body));
-  for (const std::string& line : read.told) print(line);
+  for (const Notice& notice : read.told) print(notice.text);
   if (arguments.explain) {
     print("");
     print(explanation(fmt::format("sized for natural frequencies within {:g} up to {:g} Hz",

@@ -1,5 +1,6 @@
 #include "apps/limit_curves.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 
@@ -49,7 +50,11 @@ void judge_curve(const std::vector<Eigen::Vector3d>& points, const Eigen::Vector
                       .maxCoeff();
     const CurveReport report = report_curve(body, points, 0.0);
     if (report.error.sigma.size() > 0) trial.sigma = report.error.worst;
-    if (!report.warnings.empty()) trial.flags = "curve";
+    // A bend too tight for a beam is one, whatever a beam of that bend would do.
+    const auto of_the_curve = [](const std::string& warning) {
+      return warning.find("beam theory does not hold") == std::string::npos;
+    };
+    if (std::any_of(report.warnings.begin(), report.warnings.end(), of_the_curve)) trial.flags = "curve";
   } catch (const Error&) {
     trial.refused = true;
   }

@@ -269,7 +269,10 @@ fem::Simulation read_simulation(TomlTable table, double tolerance) {
 }  // namespace
 
 fem::Scene read_scene(const std::string& file) {
-  return read_told_scene(file).scene;
+  ToldScene read = read_told_scene(file);
+  for (const Notice& notice : read.told)
+    if (notice.matters) print(notice.text);
+  return read.scene;
 }
 
 ToldScene read_told_scene(const std::string& file) {

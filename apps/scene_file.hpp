@@ -7,19 +7,24 @@
 
 namespace struna::apps {
 
+/// A line told of a scene that is no warning: how far a centreline through points can be trusted.
+struct Notice {
+  std::string text;
+  bool matters = false;  ///< told by every command, not by `eigen` alone
+};
+
 /// Reads scene TOML (docs/files.md). Every fault (unknown key, missing key, wrong type, contradictory keys,
 /// value out of range) is an Error with file and line; paths inside are relative to the scene file. Warns of
-/// what is probably in another unit (scene_warnings.hpp).
+/// what is probably in another unit (scene_warnings.hpp), and prints the notices that matter.
 ///
 /// A body's Young's modulus may be missing, as it is until it has been identified: its law then has no
 /// parameters. Commands that need it call require_modulus.
 fem::Scene read_scene(const std::string& file);
 
-/// The same with what is told of the scene that is no warning, a line each: how far centrelines through
-/// points can be trusted.
+/// The same with the scene's notices, none of them printed.
 struct ToldScene {
   fem::Scene scene;
-  std::vector<std::string> told;
+  std::vector<Notice> told;
 };
 ToldScene read_told_scene(const std::string& file);
 

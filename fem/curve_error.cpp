@@ -18,6 +18,7 @@ using Points = std::vector<Eigen::Vector3d>;
 constexpr int draws = 16;
 constexpr int fewest_elements = 40, most_elements = 160;
 constexpr double elements_per_radian = 4.0;
+constexpr double mesh_error = 1e-4;    // of the sixth frequency with the fewest elements: no distance is less
 constexpr double corner_radius = 2.0;  // thicknesses, of a tight bend
 
 /// Relative frequencies: sqrt(lambda) of the first elastic modes.
@@ -60,7 +61,7 @@ std::optional<Points> bent_between(const Points& points, std::size_t i) {
 /// each.
 Eigen::ArrayXd corner_distance(const Body& body, const std::vector<Points>& polygons, double length) {
   const Eigen::ArrayXd drawn = frequencies(body, body.centreline, fewest_elements);
-  Eigen::ArrayXd distance = Eigen::ArrayXd::Zero(curve_modes);
+  Eigen::ArrayXd distance = Eigen::ArrayXd::Constant(curve_modes, mesh_error);
   for (const Points& polygon : polygons) {
     Centreline bent = rounded_polygon(polygon, corner_radius * thickness(body.section));
     if (length > 0.0) bent = bent.scaled(length / bent.length());
@@ -88,7 +89,8 @@ CurveError bent_error(const Body& body, const Points& points, double length, con
   const auto between = bent_between(points, static_cast<std::size_t>(bend.point));
   const Eigen::ArrayXd distance = corner_distance(body, {between.value_or(points)}, length);
   const double worst = distance.maxCoeff();
-  const double beyond = worst > curve_tolerance ? 1.0 : 0.0;
+  // Nothing tells the bend's radius: any error between none and that of a tight bend is alike.
+  const double beyond = std::max(0.0, 1.0 - curve_tolerance / std::max(worst, curve_tolerance));
   if (bend.rest < straight) return {distance, worst, beyond, 0.0, 0.0, true};
   error.sigma = error.sigma.max(distance);
   error.worst = std::max(error.worst, worst);

@@ -1,5 +1,6 @@
 // The model's commands, `predict` and `eigen`, and what `fit`, `identify` and `compare` say of it, through
 // the program itself: the straight wire against its closed forms, the options, the warnings.
+#include <fmt/format.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
@@ -107,6 +108,30 @@ TEST(Predict, LikeRepeatsOutputsFormAndLines) {
             2e-3);  // discretisation: 1e-4 of the frequency at 326 Hz, off resonance
   const auto part = predicted(folder, scene, "--like like.csv --band 40:100");
   EXPECT_EQ(part.frequency_hz, Eigen::Vector2d(40.5, 41));
+}
+
+/// The wire along so many points about a bend of 0.2 rad in its middle.
+std::string bent_scene(int points) {
+  std::string text;
+  for (int i = 0; i < points; ++i) {
+    const double s = 0.68 * i / (points - 1), beyond = std::max(0.0, s - 0.34);
+    text += fmt::format("{}[{:.5f}, {:.5f}, 0]", i > 0 ? ", " : "", s - beyond * (1.0 - std::cos(0.2)),
+                        beyond * std::sin(0.2));
+  }
+  return replaced(scene, "[[0,0,0], [0.68,0,0]]", "[" + text + "]");
+}
+
+TEST(Predict, TellsWhatItsCurveLeavesOpenAndWarnsWhereThatIsLikely) {
+  const Folder folder;
+  const auto run = [&](int points) {
+    folder.write("bent.toml", bent_scene(points));
+    return run_struna("predict bent.toml --band 10:90 --resolution 7.3 -o p.csv", folder);
+  };
+  const ProgramRun told = run(16), warned = run(12);
+  EXPECT_THAT(told.out,
+              HasSubstr("curve through 16 points that scatter by 0 m: natural frequencies within 1."));
+  EXPECT_EQ(told.err, "");
+  EXPECT_THAT(warned.err, HasSubstr("bent.toml:3: body.points of body 'wire' leave open how the curve runs"));
 }
 
 TEST(Predict, TellsWhatThePredictionLeavesOutOrLacks) {
