@@ -371,12 +371,12 @@ void warn_of_result(const RunContext& run) {
     const long bins = map.penetration.rows() - skipped;
     const double deepest =
         bins > 0 && map.penetration.cols() > 0 ? map.penetration.bottomRows(bins).maxCoeff() : 0.0;
-    constexpr double soft = 0.5;  // of the gap: displacements are then a quarter off those at a rigid wall
+    constexpr double soft = 0.44;  // of the gap: displacements are then a quarter off those at a rigid wall
     if (deepest > soft * map.gap) {
       run.warn(
-          fmt::format("'{}' presses {:.3g} m into '{}', more than half the gap of {:g} m: the contact "
-                      "stiffness is too low to stand for a wall",
-                      map.inside, deepest, map.outside, map.gap));
+          fmt::format("'{}' presses {:.3g} m into '{}', {:.0f} % of the gap of {:g} m: the contact stiffness "
+                      "is too low to stand for a wall; a higher one would, or law = \"hard_stop\"",
+                      map.inside, deepest, map.outside, 100.0 * deepest / map.gap, map.gap));
     }
   }
 }
@@ -433,7 +433,6 @@ TimeResponse simulate(const Scene& scene, const MotionHistory& motion, const Sim
   response.report.linear = end != RunEnd::gap_closed;
   // Interrupted before the first step, the linear part up to the first touch stays.
   if (end == RunEnd::gap_closed) {
-    for (const std::string& warning : plan.soft_contacts) warn(warning);
     end = run_method(run, true);
   }
   response.report.complete = end == RunEnd::complete;

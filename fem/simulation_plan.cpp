@@ -106,8 +106,7 @@ void add_contact(const Contact& contact, int inside, int outside, double highest
   const auto stiffness = contact_stiffness(contact, pairs, a.model, a.modes, b.modes, highest_hz);
   refuse_rigid(contact, stiffness);
   const std::string warning = stiffness_warning(contact, stiffness);
-  const bool soft = contact.stiffness < stiffness.across;
-  if (!warning.empty()) (soft ? plan.soft_contacts : plan.warnings).push_back(warning);
+  if (!warning.empty()) plan.warnings.push_back(warning);
   plan.fastest_contact = std::max(plan.fastest_contact, stiffness.angular_frequency);
 }
 

@@ -29,7 +29,6 @@ struct SimulationPlan {
   double overlap = 0.0;          ///< deepest penetration as drawn [m]
   double fastest_contact = 0.0;  ///< largest angular frequency of a contact's spring at a point [1/s]
   std::vector<std::string> warnings;
-  std::vector<std::string> soft_contacts;  ///< warnings to be told where a gap closes
 };
 
 /// Bodies of the scene that the measured one is joined to by contacts, itself included; contacts between

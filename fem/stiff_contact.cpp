@@ -53,11 +53,9 @@ ContactStiffness contact_stiffness(const Contact& contact, const std::vector<Con
                                    const Eigenmodes& outside_modes, double highest_hz) {
   const Body& body = inside.body;
   const double h = inside.arc_length[1];
-  const double length = inside.arc_length.back();
   const double bending = 192.0 * body.material.youngs_modulus.at(highest_hz) * body.section.second_moment;
   ContactStiffness found;
   found.between_nodes = bending / (8.0 * h * h * h);
-  found.across = bending / (length * length * length);
   if (pairs.empty()) return found;
   const double per_mass = median_mobility(pairs, inside_modes, outside_modes);
   found.angular_frequency = std::sqrt(contact.stiffness * per_mass);
@@ -91,13 +89,6 @@ void refuse_rigid(const Contact& contact, const ContactStiffness& found) {
 }
 
 std::string stiffness_warning(const Contact& contact, const ContactStiffness& found) {
-  if (contact.stiffness < found.across && contact.law != ContactLaw::hard_stop) {
-    return fmt::format(
-        "{}: the stiffness {:g} N/m is less than that of '{}' across its length ({:.3g} N/m): too soft to "
-        "stand "
-        "for a wall; {:.2g} N/m would",
-        contact_name(contact), contact.stiffness, contact.inside, found.across, found.between_nodes);
-  }
   if (!(contact.stiffness > stiff_contact * found.between_nodes)) return {};
   return fmt::format(
       "{}: the stiffness {:g} N/m is {:.0f} times that of '{}' between neighbouring nodes ({:.3g} N/m): in "

@@ -14,7 +14,6 @@ namespace struna::fem {
 struct ContactStiffness {
   double between_nodes = 0.0;  ///< stiffness of a node of the inside body while its neighbours hold still,
                                ///< 192 EI/(2 l)^3, l the first element's length [N/m]
-  double across = 0.0;         ///< of the inside body's middle, clamped at both ends, 192 EI/L^3 [N/m]
   double angular_frequency = 0.0;  ///< of the spring with the mass that a point shows to a blow [1/s]
   double restitution = 1.0;        ///< of a blow, from the law; hunt_crossley: of a slow one
 };
@@ -35,8 +34,7 @@ ContactStiffness contact_stiffness(const Contact& contact, const std::vector<Con
 /// Throws Error, with the law that stands for it, where the contact's stiffness is beyond rigid_contact.
 void refuse_rigid(const Contact& contact, const ContactStiffness& stiffness);
 
-/// What is to be told of a stiffness beyond stiff_contact, or below that of the inside body across its
-/// length: such a spring bends less than what it should stop (docs/limits.md); empty between.
+/// What is to be told of a stiffness beyond stiff_contact; empty below.
 std::string stiffness_warning(const Contact& contact, const ContactStiffness& stiffness);
 
 /// "FILE:LINE: contact of 'wire' in 'band'", without a file where none is known.
