@@ -235,7 +235,7 @@ LimitMap contact_tolerance_limits(const LimitRun& run) {
 LimitMap stiff_wall_limits(const LimitRun& run) {
   LimitMap map;
   map.name = "stiff_wall";
-  map.title = "Stiff walls: 0 modal to a tolerance; 1 modal or 2 Newmark at steps of 10 ms times it";
+  map.title = "Stiff walls: 0 to a tolerance; 1 modal, 2 Newmark, steps 10 ms times it";
   map.quantity = "displacement of the contact points (largest error over largest displacement)";
   map.fails = "blows become shorter than any step, and the path parts or the run does not end";
   map.sign =
