@@ -20,8 +20,7 @@ namespace {
 /// Of the loss factor. Peaks are read off roughly, narrow ones as three lines wide, which is told.
 constexpr double warned_doubt = 0.055;
 constexpr double warned_lowering = 0.075;  // below, standard errors hold it
-constexpr double unresolved = 0.4;  // of a peak: no line shows how much higher it is
-constexpr long least_lines = 20;    // of a function in which peaks are looked for
+constexpr long least_lines = 20;           // of a function in which peaks are looked for
 
 /// Share of the lines at which a condition holds.
 template <class Condition>
@@ -118,10 +117,11 @@ void warn_of_few_lines(const ident::TransferEstimate& estimate, const ident::Tra
   for (const ident::Pole& pole : ident::find_peaks(form)) {
     const double width = seen_half_power_band_hz(form, pole);
     const std::string at = fmt::format("{:.4g} Hz", pole.natural_frequency_hz);
+    const double widening = ident::leakage_widening(width, leakage);
     if (const double lower = ident::leakage_lowering(width, leakage); lower > warned_lowering)
-      lowered.push_back(fmt::format("{} ({} {:.0f} %)", at, lower < unresolved ? "by" : "by more than",
-                                    100.0 * std::min(lower, unresolved)));
-    if (ident::leakage_doubt * ident::leakage_widening(width, leakage) > warned_doubt) widened.push_back(at);
+      lowered.push_back(
+          fmt::format("{} (by {:.0f} %{})", at, 100.0 * lower, widening < 1.0 ? "" : " or more"));
+    if (ident::leakage_doubt * widening > warned_doubt) widened.push_back(at);
     if (leakage == 0.0 && width < estimate.independent_line_hz) narrow.push_back(at);
   }
   if (!lowered.empty())

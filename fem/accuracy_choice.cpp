@@ -89,7 +89,7 @@ double within_until(const TrialSetup& setup, const Trial& trial, const Trial& re
   const std::size_t looks = std::min(trial.path.size(), reference.path.size()) / points;
   std::size_t kept = 0;
   while (kept < looks && distance_at(trial, reference, kept * points, points) <= limit) ++kept;
-  return reference.from + setup.interval * (static_cast<double>(kept) - 1.0);
+  return std::max(0.0, reference.from + setup.interval * (static_cast<double>(kept) - 1.0));
 }
 
 double highest_mode(const std::vector<ModalBody>& bodies) {

@@ -26,8 +26,8 @@ Eigen::ArrayXd frequencies(Body body, Centreline centreline, int elements) {
   body.centreline = std::move(centreline);
   body.start_support = body.end_support = {};
   constexpr int most_rigid = 6;
-  const bool held = body.start != EndCondition::free && body.end != EndCondition::free;
-  const int count = held ? curve_modes : curve_modes + most_rigid;
+  const bool held = body.start == EndCondition::clamped || body.end == EndCondition::clamped;
+  const int count = held ? curve_modes : curve_modes + most_rigid;  // two pins leave a swing about the chord
   const Eigen::VectorXd all = solve_eigenmodes(assemble(body, elements), count).eigenvalue;
   return all.segment(rigid_modes(body, all), curve_modes).array().sqrt();
 }
@@ -41,7 +41,10 @@ std::optional<Eigen::Vector3d> meeting(const Eigen::Vector3d& a, const Eigen::Ve
   if (!(sine2 > 1e-6)) return std::nullopt;
   const double along_u = (w.dot(u) - cosine * w.dot(v)) / sine2;
   const double along_v = (cosine * w.dot(u) - w.dot(v)) / sine2;
-  if (!(along_u > 0.0 && along_v > 0.0)) return std::nullopt;
+  // Nearly parallel lines meet far away, at no bend of this wire.
+  constexpr double farthest = 3.0;  // chords
+  if (!(along_u > 0.0 && along_v > 0.0 && std::max(along_u, along_v) < farthest * w.norm()))
+    return std::nullopt;
   return 0.5 * (b + along_u * u + c + along_v * v);
 }
 

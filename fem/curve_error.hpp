@@ -25,9 +25,10 @@ inline constexpr std::size_t fewest_digitised = 8;
 /// points on: against curves that the points leave possible (fem/smooth_curve), which tell both what they
 /// scatter and what they are too few for; where one bend lies between points of which the others are all but
 /// straight, by how far off a tight bend there would be, if that is more or the others are straight
-/// altogether, every error up to that being alike. Fewer points are what the curve is drawn by, and tell no error; sigma is then how far those of
-/// a body are that runs straight on to tight bends, at the points or between two of them: a distance, not a
-/// deviation. Ends count as rigid. 0 for a straight line. Costs 10 to 50 ms.
+/// altogether, every error up to that being alike. Fewer points are what the curve is drawn by, and tell no
+/// error; sigma is then how far those of a body are that runs straight on to tight bends, at the points or
+/// between two of them: a distance, not a deviation. Springs of ends do not count: clamped ones as rigid,
+/// pinned ones as free to turn. 0 for a straight line. Costs 10 to 50 ms.
 CurveError curve_error(const Body& body, const std::vector<Eigen::Vector3d>& points, double length);
 
 }  // namespace struna::fem

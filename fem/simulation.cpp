@@ -154,8 +154,11 @@ bool set_accuracy(const RunContext& run, const std::vector<ModalBody>& bodies, b
     const double interval = sampling.interval();
     const double part = std::min(options.step / options.contact_substeps, interval);
     warn_of_step(run, part, options.contact_substeps, 2.0, "a tolerance instead");
+    // Steps end at every state looked at, so that a longer one asked for is none: a quarter is of that taken.
+    ModalSteppingOptions taken = options;
+    taken.step = part * options.contact_substeps;
     return take_over(
-        check_step(bodies, run.plan.points, at, duration, options, settled, run.progress, interval), run);
+        check_step(bodies, run.plan.points, at, duration, taken, settled, run.progress, interval), run);
   }
   if (!contact) {
     options.highest_mode_hz = static_mode_limit(motion.highest_hz(), options.tolerance);
@@ -267,14 +270,14 @@ double newmark_step(const Simulation& simulation, double highest_hz, bool contac
 double drift_of(const RunContext& run, const NewmarkOptions& options) {
   const MotionHistory& motion = run.motion;
   const double highest_hz = motion.highest_hz();
+  const double duration = std::min(run.scene.simulation->duration, motion.duration());
   double worst = 0.0;
   for (const auto& [mesh, model, modes, drive, coordinates] : run.plan.bodies) {
     const Material& material = model.body.material;
     const Rayleigh rayleigh = material.damping == Damping::viscous ? material.rayleigh : Rayleigh{};
     const auto body = modal_body(model, modes, modal_coordinates(model, modes, drive), drive, highest_hz);
     const auto at = [&](double t) { return motion.at(t); };
-    worst = std::max(worst,
-                     newmark_error(options, body, rayleigh, at, highest_hz, run.scene.simulation->duration));
+    worst = std::max(worst, newmark_error(options, body, rayleigh, at, highest_hz, duration));
   }
   return worst;
 }

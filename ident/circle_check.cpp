@@ -60,6 +60,14 @@ void judge(const Mode& together, Mode& circle) {
     add_flag(circle, ModeFlag::close_modes);
 }
 
+// Whether the fit together had too few lines to tell anything of it.
+bool lacked_lines(const BandFit& together, const Mode& circle) {
+  return std::any_of(together.rejected.begin(), together.rejected.end(), [&](const RejectedCandidate& r) {
+    return std::abs(r.frequency_hz - circle.natural_frequency_hz) < bandwidth_hz(pole_of(circle)) &&
+           r.reason.starts_with("too few lines");
+  });
+}
+
 }  // namespace
 
 void judge_circles(const TransferFunction& circle_form_tf, fem::Damping damping, bool sigma_known,
@@ -73,7 +81,7 @@ void judge_circles(const TransferFunction& circle_form_tf, fem::Damping damping,
     const Mode* const own = counterpart(together.modes, circles, circle);
     if (own != nullptr)
       judge(*own, circle);
-    else
+    else if (!lacked_lines(together, circle))
       add_flag(circle, ModeFlag::close_modes);
   }
 }

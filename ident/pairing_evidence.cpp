@@ -36,7 +36,8 @@ double ln_spurious(std::size_t n) {
 double shape_gain(double correlation, double noise, int outputs) {
   if (outputs == 1) return std::log(2.0 * (correlation > 0.0 ? right_sign : 1.0 - right_sign));
   const double p = chance_of_angle(std::acos(std::clamp(correlation, -1.0, 1.0)), outputs);
-  const double a = chance_of_angle(std::sqrt(shape_scale * shape_scale + noise), outputs);
+  const double spread = std::sqrt(shape_scale * shape_scale + noise);
+  const double a = chance_of_angle(std::min(std::numbers::pi, spread), outputs);
   return std::log(a * (1.0 + a)) - 2.0 * std::log(p + a);
 }
 

@@ -168,6 +168,16 @@ IdentifiedCurve read_curve(const Reader& reader, bool allow_zero) {
     if (reader.has("scene_sigma")) curve.scene_sigma = vector(reader.numbers("scene_sigma"));
     if (reader.has("fitted_sigma")) curve.fitted_sigma = vector(reader.numbers("fitted_sigma"));
     const Eigen::Index n = curve.frequency_hz.size();
+    for (const auto& [key, sigma] : {std::pair{"sigma", &curve.sigma},
+                                     {"scene_sigma", &curve.scene_sigma},
+                                     {"fitted_sigma", &curve.fitted_sigma}}) {
+      if (reader.has(key) && (sigma->array() < 0.0).any())
+        reader.refuse(&reader.node(key), fmt::format("[{}] {} must not be negative", reader.path(), key));
+      if (reader.has(key) && sigma->size() != n && sigma != &curve.sigma)
+        reader.refuse(&reader.node(key),
+                      fmt::format("[{}] frequency and {} must have equal length, got {} and {}",
+                                  reader.path(), key, n, sigma->size()));
+    }
     if (curve.value.size() != n || (reader.has("sigma") && curve.sigma.size() != n)) {
       reader.refuse(
           &reader.node("value"),

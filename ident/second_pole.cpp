@@ -48,7 +48,7 @@ std::complex<double> phase_of_shift(const Eigen::VectorXcd& g) {
 std::complex<double> common_phase(const Eigen::VectorXcd& height, const Eigen::MatrixXd& sigma) {
   std::complex<double> sum = 0.0;
   for (long k = 0; k < height.size(); ++k) sum += height(k) * height(k) / sigma.col(k).squaredNorm();
-  return std::sqrt(sum / std::abs(sum));
+  return std::abs(sum) > 0.0 ? std::sqrt(sum / std::abs(sum)) : 1.0;  // (1, i): any phase is as good
 }
 
 // What one pole may leave, the pole, and what a second one adds.

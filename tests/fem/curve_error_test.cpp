@@ -88,6 +88,21 @@ TEST(CurveError, FreeEndsAreCountedWithoutRigidMotions) {
   EXPECT_LT(free, 10.0 * held);
 }
 
+TEST(CurveError, PinnedEndsSwingAboutTheChordAndCountWithoutThat) {
+  const Points points = digitised(circular_arc(0.68, 1.5), 24, 5e-4, 1);
+  Body body = wire_along(spline_through(points));
+  const double held = curve_error(body, points, 0.0).worst;
+  body.start = body.end = EndCondition::pinned;
+  const double pinned = curve_error(body, points, 0.0).worst;
+  EXPECT_GT(pinned, 0.1 * held);
+  EXPECT_LT(pinned, 10.0 * held);
+}
+
+TEST(CurveError, ATurnBackIsNoBendFarAway) {
+  const Points points = {{0, 0, 0}, {0.2, 0, 0}, {0.2, 0.05, 0}, {0, 0.051, 0}};
+  EXPECT_LT(curve_error(wire_along(spline_through(points)), points, 0.0).worst, 2.0);
+}
+
 TEST(CurveError, OfFewPointsIsTheDistanceFromTightBends) {
   const Points points = {{0, 0, 0}, {0.34, 0, 0}, {0.5, 0.3, 0}};
   const CurveError error = curve_error(wire_along(spline_through(points)), points, 0.0);

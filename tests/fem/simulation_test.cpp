@@ -379,6 +379,31 @@ TEST(Simulation, AGapSmallerThanTheSagittaNeverTouchesAtRest) {
   EXPECT_LT(response.report.largest_offset, 1e-3);
 }
 
+TEST(Simulation, FixedModalStepsBeyondTheLooksAreCheckedAsTheyAreTaken) {
+  auto scene = banded_scene(Excitation::Kind::random, 0.05, 2e-5);
+  scene.contacts[0].damping = 1.0;
+  scene.contacts[0].stiffness = 1e4;
+  scene.simulation->contact_substeps = 1;
+  const auto error_at = [&](double step) {
+    scene.simulation->step = step;
+    return simulated(scene).report.estimated_error;
+  };
+  const double taken = error_at(2.5e-5), asked = error_at(1e-4);
+  EXPECT_GT(taken, 1e-5);
+  EXPECT_NEAR(asked / taken, 1.0, 0.5);  // was a thousandth: a run against itself
+}
+
+TEST(Simulation, NewmarkRunsARecordToItsEnd) {
+  // Its last sample lies an interval before the duration.
+  auto scene = bare_scene(wire(), Excitation::Kind::random, 0.02);
+  scene.simulation->method = IntegrationMethod::newmark;
+  scene.simulation->step = 1e-5;
+  scene.simulation->sample_rate = 10000.0;
+  const Eigen::VectorXd samples = 1e-5 * (0.06 * Eigen::ArrayXd::LinSpaced(200, 0.0, 199.0)).sin();
+  const TimeResponse response = simulate(scene, motion_from_samples(samples, 1e-4));
+  EXPECT_EQ(response.output.rows(), 200);
+}
+
 TEST(Simulation, PenetrationDeeperThanTheGapIsFlagged) {
   auto scene = banded_scene(Excitation::Kind::random, 0.05, 2e-5);
   scene.contacts[0].stiffness = 10.0;

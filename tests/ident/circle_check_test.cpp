@@ -90,6 +90,15 @@ TEST(CircleCheck, CircleWithoutSupportBesideItsNeighbourIsNotItsOwn) {
   EXPECT_TRUE(circles[0].has(ModeFlag::close_modes) != circles[1].has(ModeFlag::close_modes));
 }
 
+TEST(CircleCheck, TooFewLinesForTheFitTogetherTellNothing) {
+  std::vector<SimulatedMode> modes = {{first, {1.0}}};
+  modes[0].constant[0] *= pole_scale(first, fem::Damping::structural);
+  TransferFunction tf = function_of(modes, lines(98.0, 102.0, 1.0), FrfKind::receptance);
+  add_noise(tf, {1e-4}, 1);
+  ASSERT_EQ(tf.lines(), 5);
+  EXPECT_FALSE(judged(tf, {circle_at(tf, 100.0)}).has(ModeFlag::close_modes));
+}
+
 TEST(CircleCheck, NoCirclesNoJudgement) {
   std::vector<Mode> none;
   judge_circles(pair_of(0.0, 0.01, 1), fem::Damping::structural, true, none);
