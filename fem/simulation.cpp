@@ -122,6 +122,11 @@ bool take_over(const StepCheck& check, const RunContext& run) {
   return !check.interrupted;
 }
 
+/// As far as the motion is known [s]: the last sample of a record lies an interval before the duration.
+double run_duration(const RunContext& run) {
+  return std::min(run.scene.simulation->duration, run.motion.duration());
+}
+
 /// Whether its first part excites what the rest does.
 bool is_steady(const Excitation& excitation) {
   using enum Excitation::Kind;
@@ -145,8 +150,8 @@ bool set_accuracy(const RunContext& run, const std::vector<ModalBody>& bodies, b
                   const Sampling& sampling, ModalSteppingOptions& options) {
   SimulationReport& report = run.response.report;
   const MotionHistory& motion = run.motion;
+  const double duration = run_duration(run);
   const auto at = [motion](double t) { return motion.at(t); };
-  const double duration = std::min(run.scene.simulation->duration, motion.duration());
   const bool settled = starts_settled(run.scene, run.plan, contact);
   if (options.step > 0.0) {
     if (!contact) return true;
@@ -270,7 +275,7 @@ double newmark_step(const Simulation& simulation, double highest_hz, bool contac
 double drift_of(const RunContext& run, const NewmarkOptions& options) {
   const MotionHistory& motion = run.motion;
   const double highest_hz = motion.highest_hz();
-  const double duration = std::min(run.scene.simulation->duration, motion.duration());
+  const double duration = run_duration(run);
   double worst = 0.0;
   for (const auto& [mesh, model, modes, drive, coordinates] : run.plan.bodies) {
     const Material& material = model.body.material;
@@ -324,7 +329,7 @@ RunEnd run_newmark(const RunContext& context, bool contact) {
                  "method \"modal\", which locates them");
     warn_of_drift(context, options);
     warn_of_filter(context, sampling, contact);
-    const double duration = std::min(simulation.duration, motion.duration());
+    const double duration = run_duration(context);
     const auto at = [motion](double t) { return motion.at(t); };
     const auto check =
         check_step(bodies, plan.points, at, duration, options, settled, progress, sampling.interval());

@@ -96,7 +96,7 @@ class GroupRefiner {
     target_ = group_.target;
     if (!fit_.can_fit(group_.company.size())) return std::move(result_);
     while (!target_.empty() && !fit_.can_fit(target_.size() + group_.company.size()))
-      reject(target_.size() - 1, "too few lines");
+      reject(target_.size() - 1, too_few_lines);
     refit();
     drop();
     if (search) add();

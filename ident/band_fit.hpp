@@ -15,6 +15,9 @@ struct BandFitOptions {
   std::vector<Pole> candidates;
 };
 
+/// Reason of a candidate that its window has no lines for.
+inline constexpr const char* too_few_lines = "too few lines";
+
 struct BandFit {
   std::vector<Mode> modes;  ///< ascending; flags double_mode, poor_circle, not_converged
   std::vector<RejectedCandidate> rejected;

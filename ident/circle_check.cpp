@@ -64,7 +64,7 @@ void judge(const Mode& together, Mode& circle) {
 bool lacked_lines(const BandFit& together, const Mode& circle) {
   return std::any_of(together.rejected.begin(), together.rejected.end(), [&](const RejectedCandidate& r) {
     return std::abs(r.frequency_hz - circle.natural_frequency_hz) < bandwidth_hz(pole_of(circle)) &&
-           r.reason.starts_with("too few lines");
+           r.reason == too_few_lines;
   });
 }
 

@@ -242,7 +242,8 @@ PoleFit Problem::finish(const State& state, bool converged) const {
   const double scatter =
       fit.degrees_of_freedom > 0 ? fit.chi_square / static_cast<double>(fit.degrees_of_freedom) : 1.0;
   const double noise = fit.line_correlation * (options_.sigma_known ? std::max(1.0, scatter) : scatter);
-  Eigen::MatrixXd hessian = unbounded_step(state).hessian;
+  Step last = unbounded_step(state);
+  Eigen::MatrixXd hessian = last.hessian;
   const Eigen::VectorXd scale = hessian.diagonal().cwiseMax(1e-300).cwiseSqrt().cwiseInverse();
   hessian = scale.asDiagonal() * hessian * scale.asDiagonal();
   const Eigen::MatrixXd inverse = hessian.ldlt().solve(Eigen::MatrixXd::Identity(2 * poles_, 2 * poles_));
@@ -255,7 +256,7 @@ PoleFit Problem::finish(const State& state, bool converged) const {
     chain.segment<2>(2 * r) << pole.natural_frequency_hz, pole.loss_factor;
   }
   fit.covariance = noise * chain.asDiagonal() * covariance * chain.asDiagonal();
-  const Step last = step(state);
+  hold_at_bounds(state.poles, last.gradient, last.hessian);
   fit.unsettled = unsettled_by(damped_step(last.hessian, last.gradient, 0.0), fit);
 
   for (long k = 0; k < outputs_; ++k) {

@@ -334,7 +334,8 @@ RankOneFit Problem::finish(const State& state, bool converged) const {
   fit.chi_square = fit.residual.squaredNorm();
   const double scatter = fit.chi_square / static_cast<double>(fit.degrees_of_freedom);
   const double noise = fit.line_correlation * (options_.sigma_known ? std::max(1.0, scatter) : scatter);
-  MatrixXd covariance = inverse_of(unbounded_step(state).hessian);
+  Step last = unbounded_step(state);
+  MatrixXd covariance = inverse_of(last.hessian);
   const MatrixXcd shared = shared_noise(fit.residual, fit.line_correlation);
   if (!shared.isIdentity(0.0))
     covariance = covariance * score_covariance_of(derivatives(state), shared) * covariance;
@@ -349,7 +350,7 @@ RankOneFit Problem::finish(const State& state, bool converged) const {
         state.poles[static_cast<std::size_t>(r)].loss_factor;
   fit.covariance =
       noise * chain.asDiagonal() * covariance.topLeftCorner(2 * poles_, 2 * poles_) * chain.asDiagonal();
-  const Step last = step(state);
+  hold_at_bounds(state.poles, last.gradient, last.hessian);
   fit.unsettled = unsettled_by(damped_step(last.hessian, last.gradient, 0.0).head(2 * poles_), fit);
   set_constants(state, covariance, noise, fit);
   return fit;
